@@ -1,0 +1,137 @@
+"""Demonstration: what was observed, and what makes one valid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from imitate.errors import DemonstrationError
+from imitate.geometry import Array, read_only
+
+HAND = "hand"
+
+
+@dataclass(frozen=True)
+class Demonstration:
+    """Pose trajectories of the hand and the objects.
+
+    The hand's pose is its tool-centre point: between the fingertips, y along the opening of the fingers, z
+    towards the fingertips.
+
+    Attributes:
+        t: (T,) seconds, strictly increasing; irregular steps are normal.
+        hand: (T, 7) poses in the demonstration's frame, z up.
+        objects: (T, K, 7) poses in the same frame.
+        object_names: K distinct names, none of them "hand".
+        object_sizes: (K, 3) metres along each object's x, y, z; NaN where not known.
+
+    Raises:
+        DemonstrationError: when a field breaks one of these.
+    """
+
+    t: Array
+    hand: Array
+    objects: Array
+    object_names: tuple[str, ...]
+    object_sizes: Array
+
+    def __post_init__(self) -> None:
+        for field in ("t", "hand", "objects", "object_sizes"):
+            object.__setattr__(self, field, read_only(getattr(self, field)))
+        object.__setattr__(self, "object_names", tuple(str(name) for name in self.object_names))
+        _check_shapes(self)
+        _check_times(self.t)
+        _check_poses("hand", self.hand)
+        for k, name in enumerate(self.object_names):
+            _check_poses(f"objects[:, {k}] ({name})", self.objects[:, k])
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first frame to the last."""
+        return float(self.t[-1] - self.t[0])
+
+    def pose_of(self, name: str) -> Array:
+        """The trajectory (T, 7) of the hand or of an object, by name."""
+        return self.hand if name == HAND else self.objects[:, self.object_names.index(name)]
+
+    def size_of(self, name: str) -> Array:
+        """The size (3,) of an object in metres."""
+        return np.asarray(self.object_sizes[self.object_names.index(name)])
+
+
+def table_height(demonstration: Demonstration) -> float:
+    """Height of the table in the demonstration's frame: where the lowest object stands at the first frame.
+
+    Raises:
+        DemonstrationError: when no object's height is known.
+    """
+    heights = demonstration.objects[0, :, 2] - demonstration.object_sizes[:, 2] / 2
+    if np.all(np.isnan(heights)):
+        raise DemonstrationError(
+            "object_sizes: no object's size is known, so the table's height is not either. "
+            "Give object_sizes (K, 3) in metres for at least one object."
+        )
+    return float(np.nanmin(heights))
+
+
+def in_table_frame(demonstration: Demonstration) -> Demonstration:
+    """The demonstration with t = 0 at its first frame and z = 0 on the table."""
+    down = np.array([0, 0, table_height(demonstration), 0, 0, 0, 0])
+    return replace(
+        demonstration,
+        t=demonstration.t - demonstration.t[0],
+        hand=demonstration.hand - down,
+        objects=demonstration.objects - down,
+    )
+
+
+def _check_shapes(d: Demonstration) -> None:
+    frames, count = d.t.shape[0] if d.t.ndim else 0, len(d.object_names)
+    if d.t.ndim != 1 or frames < 2:
+        raise DemonstrationError(f"t: shape {d.t.shape}; expected (T,) with at least 2 frames.")
+    if not count:
+        raise DemonstrationError("object_names: empty; expected at least one object.")
+    if len(set(d.object_names)) < count or HAND in d.object_names:
+        raise DemonstrationError(
+            f"object_names: {', '.join(d.object_names)}; expected distinct names, none of them 'hand'."
+        )
+    expected = {"hand": (frames, 7), "objects": (frames, count, 7), "object_sizes": (count, 3)}
+    for field, shape in expected.items():
+        got = getattr(d, field).shape
+        if got != shape:
+            raise DemonstrationError(
+                f"{field}: shape {got}; expected {shape} for {frames} frames and {count} objects."
+            )
+    sizes = d.object_sizes[~np.isnan(d.object_sizes)]
+    if np.any(sizes <= 0) or np.any(np.isinf(sizes)):
+        raise DemonstrationError("object_sizes: not positive; expected metres, NaN where not known.")
+
+
+def _check_times(t: Array) -> None:
+    if not np.all(np.isfinite(t)):
+        raise DemonstrationError(f"t: not a number at frame {int(np.argmin(np.isfinite(t)))}.")
+    steps = np.diff(t)
+    if np.any(steps <= 0):
+        k = int(np.argmax(steps <= 0))
+        raise DemonstrationError(
+            f"t: goes from {t[k]:.6g} s to {t[k + 1]:.6g} s at frame {k + 1}; expected strictly increasing "
+            "times. Sort the frames or remove repeated ones."
+        )
+
+
+def _check_poses(name: str, poses: Array) -> None:
+    finite = np.isfinite(poses).all(axis=1)
+    if not finite.all():
+        raise DemonstrationError(
+            f"{name}: NaN or infinite at frame {int(np.argmin(finite))}, {int((~finite).sum())} frames in "
+            "all; expected x y z qx qy qz qw. Interpolate or remove those frames."
+        )
+    norms = np.linalg.norm(poses[:, 3:], axis=1)
+    off = np.abs(norms - 1) > 1e-3
+    if off.any():
+        k = int(np.argmax(off))
+        raise DemonstrationError(
+            f"{name}: quaternion of length {norms[k]:.4g} at frame {k}; expected unit quaternions in the "
+            "order qx qy qz qw."
+        )

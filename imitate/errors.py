@@ -1,0 +1,50 @@
+"""Errors that are written for the person: what was wrong, where, what was expected, what to do next."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+from pathlib import Path
+
+
+class ImitateError(Exception):
+    """Bad input. The views print its message alone; ``exit_code`` is the process's exit code."""
+
+    exit_code = 1
+
+
+class FileError(ImitateError):
+    """A file that cannot be read or written.
+
+    Args:
+        path: the file.
+        problem: what is wrong with it, as a clause ("has no array 'hand'").
+        remedy: what would work, as a sentence.
+    """
+
+    def __init__(self, path: Path | str, problem: str, remedy: str = "") -> None:
+        super().__init__(f"{path}: {problem}." + (f" {remedy}" if remedy else ""))
+
+
+class DemonstrationError(ImitateError):
+    """A demonstration that cannot be: message names the field, what was got and what is expected."""
+
+
+class SceneError(ImitateError):
+    """A scene that cannot be built or a pose that the arm cannot reach."""
+
+
+class UsageError(ImitateError):
+    """A wrong word on the command line or in the settings."""
+
+    exit_code = 2
+
+
+class UnknownNameError(UsageError):
+    """A name that is not among the valid ones; lists them and the nearest."""
+
+    def __init__(self, kind: str, name: str, valid: Iterable[str]) -> None:
+        choices = sorted(valid)
+        near = get_close_matches(name, choices, n=1)
+        hint = f" Did you mean {near[0]!r}?" if near else ""
+        super().__init__(f"unknown {kind} {name!r}.{hint} Valid: {', '.join(choices)}.")

@@ -1,0 +1,178 @@
+"""What can happen in a session: frozen, picklable; says nothing of who listens.
+
+The order of a session: SessionStarted, Segmented, Decided*, then for each segment and each of its
+formulations FormulationStarted, (TrialFinished, PolicyUpdated)*, Converged?, TrialFinished (evaluations),
+Evaluated, and then either OptionLearned or Reformulated; at the end TrialFinished (reproduction), Reproduced,
+SessionFinished.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from imitate.demonstration import Demonstration
+from imitate.record import SceneSpec, TrialRecord
+from imitate.skill import CostTerms, Decision, Formulation, Policy, Segment
+
+Purpose = Literal["explore", "choose", "evaluate", "reproduce"]
+
+
+@dataclass(frozen=True)
+class SessionStarted:
+    """Everything that the session follows from.
+
+    Attributes:
+        source: name of the file that was given.
+        source_hash: its SHA-256, hexadecimal.
+        settings: all settings, resolved, as TOML.
+        versions: package → version, and "platform".
+    """
+
+    source: str
+    source_hash: str
+    seed: int
+    settings: str
+    versions: Mapping[str, str]
+    demonstration: Demonstration
+    scene: SceneSpec
+
+
+@dataclass(frozen=True)
+class Segmented:
+    """The segments as found, before the operator's decisions."""
+
+    mode: str
+    segments: tuple[Segment, ...]
+
+
+@dataclass(frozen=True)
+class Decided:
+    """The operator overruled something; ``segments`` are those that result."""
+
+    decision: Decision
+    segments: tuple[Segment, ...]
+
+
+@dataclass(frozen=True)
+class FormulationStarted:
+    """A problem was stated and will be learned."""
+
+    formulation: Formulation
+
+
+@dataclass(frozen=True)
+class TrialFinished:
+    """One trial ran in physics.
+
+    Attributes:
+        segment, formulation: indices.
+        trial: counts every trial of the formulation, whatever its purpose.
+        purpose: explore (counts towards the trial budget), choose (between candidate policies), evaluate
+            (towards P), reproduce (the whole task).
+        update: how many updates the policy had had.
+        policies: those run, one for each option in the row; the last is the one on trial.
+        success: whether β held at its end.
+        failure: why not, in words; empty on success.
+        record: every step, or None when the session was asked to keep none.
+    """
+
+    segment: int
+    formulation: int
+    trial: int
+    purpose: Purpose
+    update: int
+    policies: tuple[Policy, ...]
+    cost: CostTerms
+    success: bool
+    failure: str
+    record: TrialRecord | None
+
+
+@dataclass(frozen=True)
+class PolicyUpdated:
+    """PI² made a new mean policy from the trials so far; ``cost`` is that of the best trial used."""
+
+    segment: int
+    formulation: int
+    update: int
+    policy: Policy
+    cost: float
+
+
+@dataclass(frozen=True)
+class Converged:
+    """Improvement stopped, and why, in words."""
+
+    segment: int
+    formulation: int
+    update: int
+    reason: str
+
+
+@dataclass(frozen=True)
+class Evaluated:
+    """P(β = 1 | π) from perturbed starts, with its Wilson interval at 95 %."""
+
+    segment: int
+    formulation: int
+    successes: int
+    trials: int
+    low: float
+    high: float
+    accepted: bool
+    cost: float
+
+
+@dataclass(frozen=True)
+class Reformulated:
+    """A formulation was given up; ``reason`` says what failed and what is changed, for the operator."""
+
+    segment: int
+    formulation: int
+    reason: str
+
+
+@dataclass(frozen=True)
+class OptionLearned:
+    """An option ⟨I, π, β⟩ was accepted for a segment."""
+
+    segment: int
+    formulation: int
+    policy: Policy
+
+
+@dataclass(frozen=True)
+class Reproduced:
+    """The whole task from perturbed starts, judged by where the objects end."""
+
+    successes: int
+    trials: int
+    low: float
+    high: float
+    reproduced: bool
+
+
+@dataclass(frozen=True)
+class SessionFinished:
+    """The end. ``advice`` names the skill that failed, what was tried and what to do next; else empty."""
+
+    reproduced: bool
+    advice: str
+
+
+Event = (
+    SessionStarted
+    | Segmented
+    | Decided
+    | FormulationStarted
+    | TrialFinished
+    | PolicyUpdated
+    | Converged
+    | Evaluated
+    | Reformulated
+    | OptionLearned
+    | Reproduced
+    | SessionFinished
+)

@@ -1,0 +1,1 @@
+"""RGB-D frames to a demonstration (the paper, Appendix A)."""

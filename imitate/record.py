@@ -1,0 +1,98 @@
+"""What a physics trial is, as data: the scene, the start, and every step. Knows no simulator."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from imitate.geometry import Array, read_only
+
+
+@dataclass(frozen=True)
+class SceneSpec:
+    """Everything that physics is built from, in the world frame: z up, z = 0 on the table.
+
+    Attributes:
+        robot: name of the robot's description.
+        base: (7,) pose of the arm's base.
+        object_names: K names.
+        object_sizes: (K, 3) metres.
+        object_masses: (K,) kilograms.
+        object_poses: (K, 7) as shown at the demonstration's first frame.
+        home: (J,) positions of all movable joints at the start: arm (rad), then fingers (m).
+    """
+
+    robot: str
+    base: Array
+    object_names: tuple[str, ...]
+    object_sizes: Array
+    object_masses: Array
+    object_poses: Array
+    home: Array
+
+    def __post_init__(self) -> None:
+        for field in ("base", "object_sizes", "object_masses", "object_poses", "home"):
+            object.__setattr__(self, field, read_only(getattr(self, field)))
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where a trial starts, everything at rest.
+
+    Attributes:
+        joints: (J,) arm (rad), then fingers (m).
+        objects: (K, 7) world poses.
+        force: the gripper's command at the start, N; > 0 closed with that force, else open.
+    """
+
+    joints: Array
+    objects: Array
+    force: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "joints", read_only(self.joints))
+        object.__setattr__(self, "objects", read_only(self.objects))
+
+
+@dataclass(frozen=True)
+class TrialRecord:
+    """Every step of one trial: N physics steps, one command for every ``control_every`` of them.
+
+    Attributes:
+        start: where it started.
+        control_every: physics steps to a command.
+        option_starts: for each option run in a row, the step at which it starts (the first is 0).
+        commands: (⌈N / control_every⌉, A + 1) arm joint targets (rad), then the gripper's force λ (N): λ > 0
+            closes with that force, else the gripper opens.
+        joint_positions: (N, J) after each step; rad, fingers in m.
+        joint_velocities: (N, J) rad/s and m/s.
+        object_poses: (N, K, 7) world poses.
+        object_velocities: (N, K, 6) linear m/s, then angular rad/s.
+        contact_forces: (N, K) sum of the normal forces between the gripper and each object, N.
+    """
+
+    start: Start
+    control_every: int
+    option_starts: tuple[int, ...]
+    commands: Array
+    joint_positions: Array
+    joint_velocities: Array
+    object_poses: Array
+    object_velocities: Array
+    contact_forces: Array
+
+    STATE_FIELDS = (
+        "joint_positions",
+        "joint_velocities",
+        "object_poses",
+        "object_velocities",
+        "contact_forces",
+    )
+
+    def __post_init__(self) -> None:
+        for field in ("commands", *self.STATE_FIELDS):
+            object.__setattr__(self, field, read_only(getattr(self, field)))
+
+    @property
+    def steps(self) -> int:
+        """How many physics steps were taken."""
+        return int(self.joint_positions.shape[0])

@@ -1,0 +1,1 @@
+"""A demonstration to segments (the paper, section 4)."""

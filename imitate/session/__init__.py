@@ -1,0 +1,1 @@
+"""The workflow: observe, segment, review, learn, reproduce, replay."""

@@ -1,0 +1,131 @@
+"""What a skill is, as data: abstraction, segment, formulation, cost terms, policy parameters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from imitate.demonstration import HAND
+from imitate.geometry import Array, read_only
+
+Action = Literal["pose", "gripper"]
+
+
+@dataclass(frozen=True)
+class Abstraction:
+    """⟨O_rel, o_ref⟩: which bodies matter, and in whose frame (the paper, section 4).
+
+    Attributes:
+        relevant: "hand" first, then relevant objects in the demonstration's order.
+        reference: an object, never one of ``relevant``.
+    """
+
+    relevant: tuple[str, ...]
+    reference: str
+
+    def __str__(self) -> str:
+        return f"⟨{{{', '.join(self.relevant)}}}, {self.reference}⟩"
+
+    @property
+    def carried(self) -> tuple[str, ...]:
+        """The relevant bodies other than the hand."""
+        return tuple(name for name in self.relevant if name != HAND)
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An abstraction and how well it explains a segment (natural log)."""
+
+    abstraction: Abstraction
+    log_likelihood: float
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A stretch of the demonstration explained by one abstraction.
+
+    Attributes:
+        start, end: seconds since the first frame.
+        abstraction: the one chosen, by the search or by the operator.
+        alternatives: every candidate, best first, ``abstraction``'s own included.
+        human: whether the operator chose the abstraction or a boundary.
+    """
+
+    start: float
+    end: float
+    abstraction: Abstraction
+    alternatives: tuple[Candidate, ...] = ()
+    human: bool = False
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What the operator decided about the segments.
+
+    Attributes:
+        kind: "move" a boundary, "relabel" a segment, "split" one, "merge" one with its next, or "undo".
+        segment: index of the segment (of the one before the boundary, for "move").
+        time: seconds since the first frame, for "move" and "split".
+        abstraction: for "relabel".
+    """
+
+    kind: Literal["move", "relabel", "split", "merge", "undo"]
+    segment: int = 0
+    time: float = 0.0
+    abstraction: Abstraction | None = None
+
+
+@dataclass(frozen=True)
+class Formulation:
+    """⟨S, A, cost⟩ in words: what is observed, what may be done. The cost follows from them.
+
+    Attributes:
+        segment: index of the segment.
+        index: 0 for the first formulation of a segment, then counting up.
+        abstraction: state = poses of its relevant bodies in its reference's frame.
+        actions: ("pose",) or ("pose", "gripper").
+        reason: why it was stated, in words for the operator.
+    """
+
+    segment: int
+    index: int
+    abstraction: Abstraction
+    actions: tuple[Action, ...]
+    reason: str
+
+
+@dataclass(frozen=True)
+class CostTerms:
+    """What a trial cost, by term: terminal, squared acceleration, switches of the gripper."""
+
+    terminal: float
+    acceleration: float
+    gripper: float
+
+    @property
+    def total(self) -> float:
+        """The sum that policy improvement minimises."""
+        return self.terminal + self.acceleration + self.gripper
+
+
+@dataclass(frozen=True)
+class Policy:
+    """Parameters of a movement: a pose DMP in the reference's frame and a gripper DMP.
+
+    Attributes:
+        reference: the object whose pose at the option's start places the movement.
+        duration: seconds.
+        goal: (7,) pose of the hand in the reference's frame.
+        pose_weights: (n, 7) forcing-term weights in the reference's frame.
+        gripper_weights: (m,) newtons; empty when the gripper is not an action and holds its last command.
+    """
+
+    reference: str
+    duration: float
+    goal: Array
+    pose_weights: Array
+    gripper_weights: Array
+
+    def __post_init__(self) -> None:
+        for field in ("goal", "pose_weights", "gripper_weights"):
+            object.__setattr__(self, field, read_only(getattr(self, field)))

@@ -1,0 +1,1 @@
+"""The physics: the only room that imports pybullet."""
