@@ -52,7 +52,8 @@ def rotate(quaternion: ArrayLike, vectors: ArrayLike) -> Array:
     q, v = np.asarray(quaternion, float), np.asarray(vectors, float)
     u, w = q[..., :3], q[..., 3:]
     t = 2 * np.cross(u, v)
-    return np.asarray(v + w * t + np.cross(u, t))
+    turned: Array = v + w * t + np.cross(u, t)
+    return turned
 
 
 def compose(a: ArrayLike, b: ArrayLike) -> Array:
