@@ -44,7 +44,8 @@ def quaternion_multiply(a: ArrayLike, b: ArrayLike) -> Array:
 
 def conjugate(quaternion: ArrayLike) -> Array:
     """The inverse rotation of unit quaternions (..., 4)."""
-    return np.asarray(quaternion, float) * np.array([-1.0, -1, -1, 1])
+    inverted: Array = np.asarray(quaternion, float) * np.array([-1.0, -1, -1, 1])
+    return inverted
 
 
 def rotate(quaternion: ArrayLike, vectors: ArrayLike) -> Array:
