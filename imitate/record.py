@@ -65,9 +65,10 @@ class TrialRecord:
             closes with that force, else the gripper opens.
         joint_positions: (N, J) after each step; rad, fingers in m.
         joint_velocities: (N, J) rad/s and m/s.
+        hand_poses: (N, 7) world poses of the tool-centre point.
         object_poses: (N, K, 7) world poses.
         object_velocities: (N, K, 6) linear m/s, then angular rad/s.
-        contact_forces: (N, K) sum of the normal forces between the gripper and each object, N.
+        contact_forces: (N, K) sum of the normal forces between the robot and each object, N.
     """
 
     start: Start
@@ -76,6 +77,7 @@ class TrialRecord:
     commands: Array
     joint_positions: Array
     joint_velocities: Array
+    hand_poses: Array
     object_poses: Array
     object_velocities: Array
     contact_forces: Array
@@ -83,6 +85,7 @@ class TrialRecord:
     STATE_FIELDS = (
         "joint_positions",
         "joint_velocities",
+        "hand_poses",
         "object_poses",
         "object_velocities",
         "contact_forces",

@@ -115,6 +115,7 @@ class Policy:
     Attributes:
         reference: the object whose pose at the option's start places the movement.
         duration: seconds.
+        start: (7,) pose of the hand in the reference's frame as shown; settles the sign of quaternions alone.
         goal: (7,) pose of the hand in the reference's frame.
         pose_weights: (n, 7) forcing-term weights in the reference's frame.
         gripper_weights: (m,) newtons; empty when the gripper is not an action and holds its last command.
@@ -122,10 +123,11 @@ class Policy:
 
     reference: str
     duration: float
+    start: Array
     goal: Array
     pose_weights: Array
     gripper_weights: Array
 
     def __post_init__(self) -> None:
-        for field in ("goal", "pose_weights", "gripper_weights"):
+        for field in ("start", "goal", "pose_weights", "gripper_weights"):
             object.__setattr__(self, field, read_only(getattr(self, field)))
