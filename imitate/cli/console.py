@@ -1,0 +1,130 @@
+"""Streams, exit codes and shared options: stdout is data, stderr is narration."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable
+from enum import IntEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from imitate.errors import FileError, ImitateError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.progress import Progress
+
+SettingsFile = Annotated[
+    Path | None,
+    typer.Option("--settings", metavar="FILE.toml", help="Settings that differ from the defaults."),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout, for machines.")]
+Force = Annotated[bool, typer.Option("--force", help="Overwrite the output where it exists.")]
+Seed = Annotated[int, typer.Option("--seed", min=0, help="The same seed gives the same result, bit for bit.")]
+Workers = Annotated[
+    int | None, typer.Option("--workers", min=1, help="Processes that run trials; by default one per core.")
+]
+
+
+class Exit(IntEnum):
+    """How a process ended. A verb that ends otherwise than DONE raises ``typer.Exit(Exit.LOSSY)``."""
+
+    DONE = 0
+    FAILED = 1
+    USAGE = 2
+    LOSSY = 3
+    INTERRUPTED = 130
+
+
+def run(verb: Callable[[], object], debug: bool = False) -> int:
+    """Call ``verb``, turn whatever ends it into one message on stderr, and return the exit code.
+
+    Args:
+        verb: may return, raise `SystemExit`, or raise anything else.
+        debug: show the traceback of an error before its message.
+    """
+    try:
+        try:
+            verb()
+        finally:
+            sys.stdout.flush()
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else Exit.DONE if end.code is None else Exit.FAILED
+    except KeyboardInterrupt:
+        narrate("interrupted")
+        return Exit.INTERRUPTED
+    except BrokenPipeError:
+        # The reader, say `head`, has enough; Python would complain again when it closes stdout.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return Exit.FAILED
+    except ImitateError as error:
+        return _fail(str(error), error.exit_code, debug)
+    except Exception as error:
+        what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+        advice = "" if debug else "; run again with --debug to see where"
+        return _fail(f"unexpected {what}. This is a fault of imitate{advice}.", Exit.FAILED, debug)
+    return Exit.DONE
+
+
+def write(text: str) -> None:
+    """One piece of data, on stdout."""
+    typer.echo(text)
+
+
+def write_json(value: Any) -> None:
+    """One JSON value on one line of stdout; never NaN, which is not JSON."""
+    write(json.dumps(value, ensure_ascii=False, allow_nan=False))
+
+
+def narrate(text: str) -> None:
+    """One line for the person, on stderr."""
+    typer.echo(text, err=True)
+
+
+def tables() -> Console:
+    """Rich's console on stdout, for tables that are the result."""
+    from rich.console import Console
+
+    return Console()
+
+
+def progress() -> Progress:
+    """A progress bar on stderr, to be entered as a context; silent where stderr is no terminal."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    console = Console(stderr=True)
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f}%"),
+        TimeElapsedColumn(),
+        console=console,
+        transient=True,
+        disable=not console.is_terminal,
+    )
+
+
+def check_free(path: Path, force: bool) -> None:
+    """Refuse an output that exists, before any work is done for it.
+
+    Raises:
+        FileError: ``path`` exists and ``force`` is not given, or its folder does not exist.
+    """
+    if path.exists() and not force:
+        raise FileError(path, "exists already", "Give another name, or --force to overwrite it.")
+    if not path.absolute().parent.is_dir():
+        raise FileError(path, f"there is no folder {path.parent}", "Make it first, or give another name.")
+
+
+def _fail(message: str, code: int, debug: bool) -> int:
+    if debug:
+        import traceback
+
+        traceback.print_exc()
+    narrate(f"error: {message}")
+    return code
