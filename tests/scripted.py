@@ -1,0 +1,139 @@
+"""A scripted session: type-correct events in the order that the engine sends them, with made-up numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from imitate import events
+from imitate.demonstration import Demonstration
+from imitate.record import SceneSpec
+from imitate.settings import Settings, to_toml
+from imitate.skill import Abstraction, Candidate, CostTerms, Formulation, Policy, Segment
+
+REACH = Abstraction(("hand",), "blue")
+CARRY = Abstraction(("hand", "blue"), "green")
+RETREAT = Abstraction(("hand",), "green")
+POLICY = Policy(
+    reference="blue",
+    duration=4.0,
+    start=np.array([-0.2, -0.1, 0.3, 1, 0, 0, 0]),
+    goal=np.array([0, 0, 0.1, 1, 0, 0, 0]),
+    pose_weights=np.zeros((30, 7)),
+    gripper_weights=np.zeros(0),
+)
+
+
+def demonstration() -> Demonstration:
+    """Twelve seconds at 30 Hz: the hand reaches the blue block, puts it on the green one and leaves."""
+    t = np.arange(361) / 30
+    hand = np.tile([0.0, 0, 0, 1, 0, 0, 0], (361, 1))
+    blue = np.tile([0.0, 0, 0.02, 0, 0, 0, 1], (361, 1))
+    green = np.tile([0.2, 0.1, 0.025, 0, 0, 0, 1], (361, 1))
+    way = np.array([[-0.2, -0.1, 0.3], [0, 0, 0.02], [0.2, 0.1, 0.07], [0.1, 0.1, 0.25]])
+    for axis in range(3):
+        hand[:, axis] = np.interp(t, [0, 4, 8, 12], way[:, axis])
+        blue[120:241, axis] = hand[120:241, axis]
+        blue[241:, axis] = way[2, axis]
+    sizes = np.array([[0.04] * 3, [0.05] * 3])
+    return Demonstration(t, hand, np.stack([blue, green], axis=1), ("blue", "green"), sizes)
+
+
+def segments() -> tuple[Segment, ...]:
+    def ranked(best: Abstraction) -> tuple[Candidate, ...]:
+        others = [q for q in (REACH, CARRY, RETREAT) if q != best]
+        return (Candidate(best, -3.5), Candidate(others[0], -16.75), Candidate(others[1], -48.0))
+
+    return (
+        Segment(0.0, 4.0, REACH, ranked(REACH)),
+        Segment(4.0, 8.0, CARRY, ranked(CARRY)),
+        Segment(8.0, 12.0, RETREAT, ranked(RETREAT)),
+    )
+
+
+def started(seed: int = 3) -> events.SessionStarted:
+    demo = demonstration()
+    scene = SceneSpec(
+        "panda", np.array([-0.5, 0, 0, 0, 0, 0, 1]), demo.object_names, demo.object_sizes, np.full(2, 0.1),
+        demo.objects[0], np.zeros(9),
+    )  # fmt: skip
+    versions = {"imitate": "0.1.0", "platform": "Linux"}
+    return events.SessionStarted("stack.npz", "0" * 64, seed, to_toml(Settings()), versions, demo, scene)
+
+
+def trial(
+    segment: int,
+    formulation: int,
+    number: int,
+    purpose: events.Purpose,
+    update: int,
+    cost: float,
+    failure: str,
+) -> events.TrialFinished:
+    terms = CostTerms(cost - 5.25, 0.25, 5.0)
+    return events.TrialFinished(
+        segment, formulation, number, purpose, update, (POLICY,), terms, not failure, failure, None
+    )
+
+
+def attempt(
+    formulation: Formulation, costs: list[float], successes: int, judged: int, cost: float
+) -> Iterator[events.Event]:
+    """One formulation from its start to its evaluation: an update after every fifth trial."""
+    i, k = formulation.segment, formulation.index
+    failure = "" if successes else "the block did not follow the hand"
+    yield events.FormulationStarted(formulation)
+    for n, total in enumerate(costs):
+        yield trial(i, k, n, "explore", n // 5, total, "" if total < 20 else failure)
+        if n % 5 == 4:
+            yield events.PolicyUpdated(i, k, n // 5 + 1, POLICY, min(costs[: n + 1]))
+    yield events.Converged(i, k, len(costs) // 5, "two updates differed by less than 3")
+    for n in range(judged):
+        yield trial(i, k, len(costs) + n, "evaluate", len(costs) // 5, cost, "" if n < successes else failure)
+    share = successes / judged
+    yield events.Evaluated(
+        i,
+        k,
+        successes,
+        judged,
+        round(max(0.0, share - 0.15), 2),
+        round(min(1.0, share + 0.1), 2),
+        share >= 0.8,
+        cost,
+    )
+
+
+FAILED = "the block did not follow the hand in 20 of 20 trials: adding the gripper's force to the actions"
+
+
+def session(reproduced: bool = True) -> Iterator[events.Event]:
+    """Reach learned at once; carry fails, is reformulated and learned; retreat learned; reproduced."""
+    cuts = segments()
+    yield started()
+    yield events.Segmented("robust", cuts)
+    yield from attempt(
+        Formulation(0, 0, REACH, ("pose",), "as segmented"), [9.0, 8.5, 8.75, 7.5, 7.25], 20, 20, 7.25
+    )
+    yield events.OptionLearned(0, 0, POLICY)
+    flat = [41.0, 40.5, 42.0, 41.5, 40.25, 40.0, 41.0, 40.75, 40.5, 40.0]
+    yield from attempt(Formulation(1, 0, CARRY, ("pose",), "as segmented"), flat, 0, 20, 40.0)
+    yield events.Reformulated(1, 0, FAILED)
+    falling = [41.0, 38.5, 30.25, 33.0, 24.5, 22.0, 18.5, 19.0, 15.5, 14.75]
+    yield from attempt(Formulation(1, 1, CARRY, ("pose", "gripper"), FAILED), falling, 19, 20, 14.75)
+    yield events.OptionLearned(1, 1, POLICY)
+    yield from attempt(
+        Formulation(2, 0, RETREAT, ("pose",), "as segmented"), [6.0, 5.75, 6.5, 5.5, 5.5], 18, 20, 5.5
+    )
+    yield events.OptionLearned(2, 0, POLICY)
+    successes = 18 if reproduced else 4
+    for n in range(20):
+        failure = "" if n < successes else "blue ended 6.1 cm from where it was shown"
+        yield trial(2, 0, 25 + n, "reproduce", 1, 14.75, failure)
+    yield events.Reproduced(
+        successes, 20, round(successes / 20 - 0.15, 2), round(successes / 20 + 0.07, 2), reproduced
+    )
+    advice = "" if reproduced else (
+        "Skill 2 (carry) let go too early in 16 of 20 runs. Try: imitate learn stack.npz --seed 4"
+    )  # fmt: skip
+    yield events.SessionFinished(reproduced, advice)

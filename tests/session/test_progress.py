@@ -1,0 +1,116 @@
+"""What the events of a session add up to."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import replace
+
+import scripted
+
+from imitate import events
+from imitate.session.progress import Progress, learn_report
+from imitate.skill import Decision
+
+
+def folded(story: Iterable[events.Event]) -> Progress:
+    progress = Progress()
+    for event in story:
+        progress.fold(event)
+    return progress
+
+
+def until(kind: type, count: int = 1) -> Progress:
+    """Progress up to and with the ``count``-th event of a kind."""
+    progress = Progress()
+    for event in scripted.session():
+        progress.fold(event)
+        count -= isinstance(event, kind)
+        if not count:
+            break
+    return progress
+
+
+def test_stages_follow_the_events() -> None:
+    stages = []
+    progress = Progress()
+    for event in scripted.session():
+        progress.fold(event)
+        if progress.stage not in stages:
+            stages.append(progress.stage)
+    assert stages == ["new", "segmented", "learning", "reproducing", "finished"]
+
+
+def test_each_skill_keeps_its_formulations_in_order() -> None:
+    skills = folded(scripted.session()).skills
+    assert [len(skill.attempts) for skill in skills] == [1, 2, 1]
+    assert [a.formulation.actions for a in skills[1].attempts] == [("pose",), ("pose", "gripper")]
+    assert all(skill.accepted for skill in skills)
+
+
+def test_a_formulation_given_up_keeps_its_reason_and_does_not_make_the_skill_accepted() -> None:
+    progress = until(events.Reformulated)
+    (failed,) = progress.reformulations
+    assert failed.given_up == scripted.FAILED
+    assert not progress.skills[1].accepted
+
+
+def test_only_exploring_trials_count_towards_the_budget() -> None:
+    carry = folded(scripted.session()).skills[1].attempts[1]
+    assert (carry.explored, len(carry.trials)) == (10, 30)
+    assert [update.after for update in carry.updates] == [5, 10]
+
+
+def test_trials_are_counted_by_purpose_and_reproduction_is_kept_apart() -> None:
+    progress = folded(scripted.session())
+    assert progress.counts == {"explore": 30, "evaluate": 80, "reproduce": 20}
+    assert len(progress.reproduction) == 20
+    assert sum(len(a.trials) for skill in progress.skills for a in skill.attempts) == 110
+
+
+def test_cost_is_the_best_trial_until_the_policy_is_judged() -> None:
+    assert until(events.TrialFinished, 2).present.cost == 8.5  # type: ignore[union-attr]
+    assert until(events.Evaluated).present.cost == 7.25  # type: ignore[union-attr]
+    assert until(events.FormulationStarted).present.cost is None  # type: ignore[union-attr]
+
+
+def test_going_back_to_a_segment_opens_it_again() -> None:
+    progress = until(events.OptionLearned)
+    again = replace(progress.skills[0].attempts[0].formulation, index=1, reason="the carry failed")
+    progress.fold(events.FormulationStarted(again))
+    assert not progress.skills[0].accepted
+    assert progress.present is progress.attempt(0, 1)
+
+
+def test_decisions_replace_the_segments() -> None:
+    progress = until(events.Segmented)
+    moved = (replace(scripted.segments()[0], end=3.5, human=True), *scripted.segments()[1:])
+    progress.fold(events.Decided(Decision("move", 0, 3.5), moved))
+    assert [skill.segment.end for skill in progress.skills] == [3.5, 8.0, 12.0]
+    assert progress.decisions == [Decision("move", 0, 3.5)]
+
+
+def test_report_is_the_json_contract() -> None:
+    report = learn_report(folded(scripted.session()), "sessions/stack.mcap", 12.5)
+    assert json.loads(json.dumps(report)) == report
+    assert list(report) == ["session", "seed", "segments", "reproduced", "wall_s"]
+    assert (report["session"], report["seed"], report["reproduced"]) == ("sessions/stack.mcap", 3, True)
+    assert [segment["index"] for segment in report["segments"]] == [0, 1, 2]
+    assert report["segments"][1]["formulations"][1] == {
+        "relevant": ["hand", "blue"],
+        "reference": "green",
+        "actions": ["pose", "gripper"],
+        "trials": 10,
+        "updates": 2,
+        "cost": 14.75,
+        "success": {"successes": 19, "trials": 20, "low": 0.8, "high": 1.0},
+        "accepted": True,
+    }
+
+
+def test_report_of_a_session_that_was_stopped_says_nothing_that_was_not_measured() -> None:
+    report = learn_report(until(events.FormulationStarted), "s.mcap", 1.0)
+    (formulation,) = report["segments"][0]["formulations"]
+    assert formulation["cost"] is None
+    assert formulation["success"] == {"successes": 0, "trials": 0, "low": 0.0, "high": 1.0}
+    assert (formulation["accepted"], report["reproduced"]) == (False, False)
