@@ -1,0 +1,365 @@
+"""MCAP files: a reader that survives foreign and damaged ones, and a writer that flushes.
+
+The reader goes through a file from front to back, as mcap's NonSeekingReader does, because mcap's default
+reader follows an index that valid files need not have and that cut files do not have.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Any
+
+import zstandard
+from google.protobuf.descriptor_pb2 import FileDescriptorSet
+from google.protobuf.message import Message as ProtobufMessage
+from mcap import records
+from mcap.exceptions import EndOfFile, McapError, RecordLengthLimitExceeded
+from mcap.reader import SeekingReader
+from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.writer import CompressionType, Writer
+
+from imitate.errors import FileError
+
+MAGIC = b"\x89MCAP0\r\n"
+LARGEST_CHUNK = 1 << 30
+"""bytes of an uncompressed chunk beyond which a file is taken as damaged rather than believed."""
+
+# Beside its own errors mcap raises these on damaged input; lz4 raises RuntimeError, bad UTF-8 a ValueError.
+_DAMAGE = (
+    McapError,
+    struct.error,
+    zstandard.ZstdError,
+    KeyError,
+    ValueError,
+    RuntimeError,
+    OverflowError,
+    MemoryError,
+)
+
+
+@dataclass(frozen=True)
+class RawMessage:
+    """One message, not decoded.
+
+    Attributes:
+        topic: the channel's.
+        encoding: of the data: "protobuf", "cdr", "json", …
+        schema_name, schema_encoding, schema: empty where the channel has no schema.
+        time: the log time in nanoseconds.
+        data: the message.
+    """
+
+    topic: str
+    encoding: str
+    schema_name: str
+    schema_encoding: str
+    schema: bytes
+    time: int
+    data: bytes
+
+
+@dataclass(frozen=True)
+class Contents:
+    """What is inside an MCAP file.
+
+    Attributes:
+        topics: topic → (schema name, number of messages).
+        metadata: name → key → value.
+        attachments: names.
+        start, end: nanoseconds, first and last log time; 0 without messages.
+        damage: what is wrong with the file, in words; empty when it is whole.
+    """
+
+    topics: Mapping[str, tuple[str, int]]
+    metadata: Mapping[str, Mapping[str, str]]
+    attachments: tuple[str, ...]
+    start: int
+    end: int
+    damage: tuple[str, ...]
+
+
+@dataclass
+class McapReader:
+    """Reads one file; ``metadata``, ``attachments`` and ``damage`` fill while `messages` runs.
+
+    Raises:
+        FileError: on construction, when there is no such file or it is not an MCAP file.
+    """
+
+    path: Path
+    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
+    attachments: dict[str, bytes] = field(default_factory=dict)
+    damage: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.path = Path(self.path)
+        check_magic(self.path)
+
+    def messages(self, topics: Collection[str] | None = None) -> Iterator[RawMessage]:
+        """Every whole message in the order of the file, of ``topics`` or of all.
+
+        What cannot be read is left out and described in ``damage``: a chunk whose checksum or compression
+        is wrong, or everything from the point where the file is cut.
+        """
+        schemas, channels = _described(self.path)
+        with self.path.open("rb") as stream:
+            for record in self._records(stream):
+                if isinstance(record, records.Schema):
+                    schemas[record.id] = record
+                elif isinstance(record, records.Channel):
+                    channels[record.id] = record
+                elif isinstance(record, records.Metadata):
+                    self.metadata[record.name] = dict(record.metadata)
+                elif isinstance(record, records.Attachment):
+                    self.attachments[record.name] = record.data
+                elif isinstance(record, records.Message):
+                    channel = channels.get(record.channel_id)
+                    if channel is None:
+                        self._note(f"messages on channel {record.channel_id}, which it does not describe")
+                    elif topics is None or channel.topic in topics:
+                        yield _raw(record, channel, schemas.get(channel.schema_id))
+
+    def _records(self, stream: IO[bytes]) -> Iterator[Any]:
+        size = self.path.stat().st_size
+        reader = StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=size)
+        found = reader.records
+        while True:
+            try:
+                record = next(found)
+                yield from self._unpacked(record, stream.tell())
+            except StopIteration:
+                return
+            except (EndOfFile, RecordLengthLimitExceeded):  # a record longer than the file
+                self._note(f"cut at byte {size:,}: the end of the file is missing")
+                return
+            except _DAMAGE as error:
+                self._note(f"unreadable from about byte {stream.tell():,} ({_words(error)})")
+                return
+
+    def _unpacked(self, record: Any, at: int) -> Sequence[Any]:
+        if not isinstance(record, records.Chunk):
+            return (record,)
+        try:
+            _check_chunk_size(record)
+            return breakup_chunk(record, validate_crc=True)
+        except _DAMAGE as error:
+            self._note(f"a damaged chunk that ends at byte {at:,} ({_words(error)})")
+            return ()
+
+    def _note(self, damage: str) -> None:
+        if damage not in self.damage:
+            self.damage.append(damage)
+
+
+def check_magic(path: Path) -> None:
+    """Raises FileError unless ``path`` is a file that starts like an MCAP file."""
+    if path.is_dir():
+        raise FileError(path, "is a folder, not an MCAP file", "Name the .mcap file inside it.")
+    try:
+        with path.open("rb") as stream:
+            start = stream.read(len(MAGIC))
+    except FileNotFoundError:
+        raise FileError(path, "no such file") from None
+    except OSError as error:
+        raise FileError(path, f"cannot be read ({error.strerror})") from None
+    if not start:
+        raise FileError(path, "is empty", "Record it again.")
+    if start != MAGIC:
+        raise FileError(
+            path,
+            f"is not an MCAP file: it starts with {start!r}",
+            "Give a recording, a demonstration or a session in MCAP format.",
+        )
+
+
+def contents(path: Path) -> Contents:
+    """What is inside: from the file's summary where it has a sound one, else by reading all of it.
+
+    Raises:
+        FileError: no such file, or not an MCAP file.
+    """
+    path = Path(path)
+    check_magic(path)
+    try:
+        return _indexed_contents(path)
+    except (*_DAMAGE, OSError, StopIteration):
+        return _scanned_contents(path)
+
+
+def _indexed_contents(path: Path) -> Contents:
+    with path.open("rb") as stream:
+        reader = SeekingReader(stream, record_size_limit=path.stat().st_size)
+        summary = reader.get_summary()
+        if summary is None or summary.statistics is None:
+            raise McapError("no summary")
+        statistics = summary.statistics
+        if statistics.metadata_count != len(summary.metadata_indexes):
+            raise McapError("no index of the metadata")
+        if statistics.attachment_count != len(summary.attachment_indexes):
+            raise McapError("no index of the attachments")
+        if statistics.channel_count != len(summary.channels):
+            raise McapError("no copy of the channels")
+        counts: dict[str, tuple[str, int]] = {}
+        for key, channel in summary.channels.items():
+            name = summary.schemas[channel.schema_id].name if channel.schema_id else ""
+            before = counts.get(channel.topic, (name, 0))[1]
+            counts[channel.topic] = (name, before + statistics.channel_message_counts.get(key, 0))
+        return Contents(
+            topics=counts,
+            metadata={record.name: dict(record.metadata) for record in reader.iter_metadata()},
+            attachments=tuple(index.name for index in summary.attachment_indexes),
+            start=statistics.message_start_time,
+            end=statistics.message_end_time,
+            damage=(),
+        )
+
+
+def _scanned_contents(path: Path) -> Contents:
+    reader = McapReader(path)
+    counts: Counter[str] = Counter()
+    schemas: dict[str, str] = {}
+    times = []
+    for message in reader.messages():
+        counts[message.topic] += 1
+        schemas[message.topic] = message.schema_name
+        times.append(message.time)
+    return Contents(
+        topics={topic: (schemas[topic], count) for topic, count in counts.items()},
+        metadata=reader.metadata,
+        attachments=tuple(reader.attachments),
+        start=min(times, default=0),
+        end=max(times, default=0),
+        damage=tuple(reader.damage),
+    )
+
+
+def _described(path: Path) -> tuple[dict[int, records.Schema], dict[int, records.Channel]]:
+    """The schemas and channels repeated at the end of a whole file, should its first chunk be damaged."""
+    try:
+        with path.open("rb") as stream:
+            summary = SeekingReader(stream, record_size_limit=path.stat().st_size).get_summary()
+    except (*_DAMAGE, OSError, StopIteration):
+        summary = None
+    return (dict(summary.schemas), dict(summary.channels)) if summary else ({}, {})
+
+
+def _raw(message: records.Message, channel: records.Channel, schema: records.Schema | None) -> RawMessage:
+    return RawMessage(
+        topic=channel.topic,
+        encoding=channel.message_encoding,
+        schema_name=schema.name if schema else "",
+        schema_encoding=schema.encoding if schema else "",
+        schema=schema.data if schema else b"",
+        time=message.log_time,
+        data=message.data,
+    )
+
+
+def _check_chunk_size(chunk: records.Chunk) -> None:
+    sizes = [chunk.uncompressed_size]
+    if chunk.compression == "zstd":
+        sizes.append(zstandard.get_frame_parameters(chunk.data).content_size)
+    # an unknown size is written as one of the largest two 64-bit numbers
+    if any(LARGEST_CHUNK < size < 2**64 - 2 for size in sizes):
+        raise ValueError(f"it claims {max(sizes):,} bytes")
+
+
+def _words(error: BaseException) -> str:
+    return " ".join(str(error).split()) or type(error).__name__
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A topic to be written, with everything that a reader needs to decode it."""
+
+    topic: str
+    encoding: str
+    schema_name: str
+    schema_encoding: str
+    schema: bytes
+
+
+def protobuf_channel(topic: str, message: type[ProtobufMessage]) -> Channel:
+    """A channel of Protocol Buffers messages; the schema holds the message's file and all that it imports."""
+    found: dict[str, Any] = {}
+    _collect(message.DESCRIPTOR.file, found)
+    described = FileDescriptorSet()
+    for file in found.values():
+        file.CopyToProto(described.file.add())
+    return Channel(
+        topic,
+        "protobuf",
+        message.DESCRIPTOR.full_name,
+        "protobuf",
+        described.SerializeToString(deterministic=True),
+    )
+
+
+def _collect(file: Any, found: dict[str, Any]) -> None:
+    for imported in file.dependencies:
+        _collect(imported, found)
+    found[file.name] = file
+
+
+class McapWriter:
+    """Writes one new file, its schemas and channels in the given order.
+
+    Args:
+        stream: an empty file, open for writing bytes; closing it is the caller's.
+        channels: every topic that will be written.
+        metadata: name → key → value.
+    """
+
+    def __init__(
+        self,
+        stream: IO[bytes],
+        channels: Sequence[Channel],
+        metadata: Mapping[str, Mapping[str, str]] | None = None,
+        chunk_size: int = 1 << 20,
+    ) -> None:
+        self._writer: Any = Writer(stream, compression=CompressionType.ZSTD, chunk_size=chunk_size)
+        self._writer.start(library="imitate")
+        for name, values in (metadata or {}).items():
+            self._writer.add_metadata(name, dict(values))
+        schemas: dict[tuple[str, bytes], int] = {}
+        self._channels: dict[str, int] = {}
+        for channel in channels:
+            key = (channel.schema_name, channel.schema)
+            if key not in schemas:
+                schemas[key] = self._writer.register_schema(
+                    channel.schema_name, channel.schema_encoding, channel.schema
+                )
+            self._channels[channel.topic] = self._writer.register_channel(
+                channel.topic, channel.encoding, schemas[key]
+            )
+
+    def write(self, topic: str, data: ProtobufMessage | bytes, time: int) -> None:
+        """One message at ``time`` nanoseconds."""
+        if not isinstance(data, bytes):
+            data = data.SerializeToString(deterministic=True)
+        self._writer.add_message(self._channels[topic], time, data, time)
+
+    def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
+        """One metadata record, at this place of the file."""
+        self._writer.add_metadata(name, dict(values))
+
+    def flush(self) -> None:
+        """Everything so far is in the file after this, should the process die."""
+        self._writer.flush()
+
+    def finish(self) -> None:
+        """The summary and the end; nothing can be written after it."""
+        self._writer.finish()
+
+    def __enter__(self) -> McapWriter:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.finish()
