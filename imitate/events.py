@@ -16,7 +16,7 @@ from imitate.demonstration import Demonstration
 from imitate.record import SceneSpec, TrialRecord
 from imitate.skill import CostTerms, Decision, Formulation, Policy, Segment
 
-Purpose = Literal["explore", "choose", "evaluate", "reproduce"]
+Purpose = Literal["prepare", "explore", "choose", "evaluate", "reproduce"]
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,8 @@ class TrialFinished:
     Attributes:
         segment, formulation: indices.
         trial: counts every trial of the formulation, whatever its purpose.
-        purpose: explore (counts towards the trial budget), choose (between candidate policies), evaluate
+        purpose: prepare (brings the scene to where the skill starts; none of its policies is on trial),
+            explore (counts towards the trial budget), choose (between candidate policies), evaluate
             (towards P), reproduce (the whole task).
         update: how many updates the policy had had.
         policies: those run, one for each option in the row; the last is the one on trial.

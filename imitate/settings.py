@@ -10,7 +10,7 @@ import tomllib
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from imitate.errors import FileError, UnknownNameError, UsageError
 
@@ -24,7 +24,7 @@ class _Section(BaseModel):
 class Perception(_Section):
     """RGB-D frames → demonstration (the paper, Appendix A)."""
 
-    hand_offset: float = Field(0.0, ge=-0.5, le=0.5)
+    hand_offset: float = Field(default=0.0, ge=-0.5, le=0.5)
     """m along the hand's −z: 0.1 puts the origin where the paper has it; undone in the demonstration."""
 
 
@@ -37,17 +37,89 @@ class Segmentation(_Section):
 class PolicySettings(_Section):
     """How a movement is written down (the paper, section 5.2 and Appendix B)."""
 
-    pose_kernels: int = Field(30, ge=2, le=500)
-    gripper_kernels: int = Field(5, ge=2, le=100)
+    pose_kernels: int = Field(default=30, ge=2, le=500)
+    """forcing-term kernels of each of the pose's seven channels."""
+    phase_decay: float = Field(default=4.6, gt=0, le=20)
+    """the phase ends at exp(−phase_decay): 0.01."""
+    stiffness: float = Field(default=50.0, gt=4, le=500)
+    """α of the pose DMP, per duration; β = α/4."""
+    gripper_kernels: int = Field(default=5, ge=2, le=100)
+    gripper_decay: float = Field(default=2.0, gt=0, le=20)
+    """phase decay of the gripper DMP, whose goal is no force."""
+    gripper_stiffness: float = Field(default=50.0, gt=4, le=500)
+    """α of the gripper DMP, per duration."""
+    open_below: float = Field(default=2.0, ge=0)
+    """N below which the gripper's force counts as open."""
 
 
 class Learning(_Section):
     """Trials, updates, evaluation, reformulation (the paper, sections 5 and 6; ALGORITHMS 4 and 5)."""
 
-    alpha: float = Field(0.8, gt=0, le=1)
-    """P(β=1|π) from which an option is accepted."""
-    evaluation_starts: int = Field(20, ge=1)
+    alpha: float = Field(default=0.8, gt=0, le=1)
+    """α: P(β=1|π) from which an option is accepted."""
+    evaluation_starts: int = Field(default=20, ge=1)
     """perturbed starts over which P is estimated."""
+    reproduction_starts: int = Field(default=10, ge=1)
+    """perturbed starts from which the whole task is reproduced at the end of `learn`."""
+    shift: float = Field(default=0.02, ge=0)
+    """m by which each block is moved at a perturbed start, at most, along x and y."""
+    turn: float = Field(default=15.0, ge=0)
+    """degrees by which it is turned, at most."""
+
+    imitation_first: bool = True
+    """the first trial is the imitated policy itself, and success of it ends the exploration."""
+    first_rollouts: int = Field(default=10, ge=2)
+    """trials before the first update (authors' code)."""
+    rollouts: int = Field(default=5, ge=1)
+    """new trials before each further update."""
+    reused: int = Field(default=5, ge=0)
+    """best earlier trials used again in an update."""
+    updates: int = Field(default=5, ge=1)
+    """U; with the schedule above 30 trials."""
+    eliteness: float = Field(default=10.0, gt=0)
+    """h in P ∝ exp(−h(S − min)/(max − min))."""
+    exploration: Literal["constant", "per-kernel"] = "constant"
+    """constant over a rollout and a scalar cost (PI^BB), or per kernel with cost to go (PI²)."""
+    pose_noise: float = Field(default=0.02, ge=0)
+    """standard deviation, as a share of the mean absolute pose weight."""
+    gripper_noise: float = Field(default=60.0, ge=0)
+    """N, standard deviation."""
+    least_noise: float = Field(default=0.1, ge=0, le=1)
+    """the factor max(least_noise, (U − i − 1)/U) scales the noise at update i."""
+    converged_below: float = Field(default=3.0, ge=0)
+    """two consecutive costs of the mean policy closer than this: converged (authors' code)."""
+    candidates: int = Field(default=2, ge=0)
+    """best trials that compete with the mean policy after each update; 0: the mean alone."""
+    candidate_starts: int = Field(default=3, ge=1)
+    """perturbed starts on which the candidates compete."""
+
+    judge: Literal["pose", "cost"] = "pose"
+    """β: every relevant body near its shown pose and at rest, or terminal cost below `cost_threshold`."""
+    near: float = Field(default=0.02, gt=0)
+    """m from the shown pose in the reference's frame."""
+    near_angle: float = Field(default=15.0, gt=0)
+    """degrees, likewise."""
+    rest_time: float = Field(default=0.2, gt=0)
+    """s over which a body at rest moves less than a tenth of `near` and `near_angle`."""
+    cost_threshold: float = Field(default=20.0, gt=0)
+    """C of the faithful β."""
+    position_cost: float = Field(default=100.0, ge=0)
+    """per m of Σ|Δxyz| (authors' code)."""
+    turn_cost: float = Field(default=11.0, ge=0)
+    """per unit of Σ|Δq| (authors' code)."""
+    acceleration_cost: float = Field(default=1e-4, ge=0)
+    """per (m/s²)² and control tick of the hand."""
+    switch_cost: float = Field(default=5.0, ge=0)
+    """for each opening or closing of the gripper (the paper, section 6)."""
+    charge_closed_end: bool = True
+    """a trial that ends closed pays for opening too, where the demonstration then has the hand leave."""
+    unreachable_cost: float = Field(default=200.0, ge=0)
+    """terminal cost of a trial that was stopped at a pose out of reach."""
+
+    model_threshold: float = Field(default=50.0, ge=0)
+    """α_model: natural-log gap to the best abstraction within which others are tried."""
+    formulations: int = Field(default=12, ge=1)
+    """formulations tried in a session, over all segments, before it is given up."""
 
 
 class World(_Section):
@@ -55,6 +127,38 @@ class World(_Section):
 
     robot: str = "panda"
     """name of a robot shipped with imitate, or the path of a robot's TOML file."""
+    physics_rate: int = Field(default=240, ge=60, le=2000)
+    """physics steps a second."""
+    control_rate: int = Field(default=60, ge=10, le=1000)
+    """control ticks a second; divides physics_rate."""
+    settle_time: float = Field(default=0.5, ge=0, le=10)
+    """s that each skill holds its last command before it is judged (ALGORITHMS 5)."""
+    position_gain: float = Field(default=0.3, gt=0, le=1)
+    """share of a joint's position error that its motor removes in one physics step."""
+    solver_iterations: int = Field(default=50, ge=1, le=1000)
+    """of the contact solver."""
+    object_density: float = Field(default=500.0, gt=0)
+    """kg/m³: wood."""
+    object_friction: float = Field(default=0.6, ge=0)
+    """lateral coefficient; PyBullet multiplies those of the two bodies."""
+    table_friction: float = Field(default=0.8, ge=0)
+    """lateral coefficient."""
+    spinning_friction: float = Field(default=0.001, ge=0)
+    """m: a face's resistance to turning in the plane of contact."""
+    reach_tolerance: float = Field(default=0.01, gt=0)
+    """m between the hand and the pose asked for, beyond which the pose is out of reach."""
+    reach_angle: float = Field(default=0.1, gt=0)
+    """rad, likewise."""
+    joint_margin: float = Field(default=0.1, ge=0)
+    """rad that the arm keeps from its joints' limits over the whole demonstration."""
+    reach_rate: float = Field(default=20.0, gt=0)
+    """poses a second of the demonstration that are tried when the base is placed."""
+
+    @model_validator(mode="after")
+    def _whole_ticks(self) -> World:
+        if self.physics_rate % self.control_rate:
+            raise ValueError("physics_rate must be a whole multiple of control_rate")
+        return self
 
 
 class Settings(_Section):
@@ -70,6 +174,13 @@ class Settings(_Section):
 
 _FAITHFUL: dict[str, dict[str, Any]] = {
     "segmentation": {"mode": "faithful"},
+    "learning": {
+        "imitation_first": False,
+        "exploration": "per-kernel",
+        "candidates": 0,
+        "judge": "cost",
+        "charge_closed_end": False,
+    },
 }
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
+
+import numpy as np
 
 from imitate.demonstration import HAND
 from imitate.geometry import Array, read_only
@@ -119,6 +121,8 @@ class Policy:
         goal: (7,) pose of the hand in the reference's frame.
         pose_weights: (n, 7) forcing-term weights in the reference's frame.
         gripper_weights: (m,) newtons; empty when the gripper is not an action and holds its last command.
+        pose_noise, gripper_noise: like the weights, or empty; each kernel's is added while that kernel is the
+            most active one (PI² with per-kernel noise).
     """
 
     reference: str
@@ -127,7 +131,9 @@ class Policy:
     goal: Array
     pose_weights: Array
     gripper_weights: Array
+    pose_noise: Array = field(default_factory=lambda: np.zeros((0, 7)))
+    gripper_noise: Array = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
-        for field in ("start", "goal", "pose_weights", "gripper_weights"):
-            object.__setattr__(self, field, read_only(getattr(self, field)))
+        for name in ("start", "goal", "pose_weights", "gripper_weights", "pose_noise", "gripper_noise"):
+            object.__setattr__(self, name, read_only(getattr(self, name)))

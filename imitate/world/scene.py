@@ -1,0 +1,158 @@
+"""The scene in physics: table, objects and robot, built anew for every trial; state in and out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from imitate.demonstration import Demonstration
+from imitate.errors import SceneError
+from imitate.geometry import Array
+from imitate.record import SceneSpec, Start
+from imitate.settings import World as WorldSettings
+from imitate.world.engine import Client, open_client, pybullet
+from imitate.world.kinematics import place_base
+from imitate.world.robot import Robot, load_robot
+
+
+def scene_of(demonstration: Demonstration, settings: WorldSettings) -> SceneSpec:
+    """The scene of a demonstration's first frame, the arm's base placed so that all of it is reachable.
+
+    Args:
+        demonstration: in the table frame.
+
+    Raises:
+        SceneError: an object of unknown size, or a pose of the hand out of every placed arm's reach.
+    """
+    for name, size in zip(demonstration.object_names, demonstration.object_sizes, strict=True):
+        if np.isnan(size).any():
+            raise SceneError(
+                f"object_sizes: the size of {name} is not known, so it cannot be simulated. "
+                "Give its length, width and height in metres in the demonstration's object_sizes."
+            )
+    robot = load_robot(settings.robot)
+    base, joints = place_base(robot, demonstration, settings)
+    volumes = np.prod(demonstration.object_sizes, axis=1)
+    return SceneSpec(
+        robot=settings.robot,
+        base=base,
+        object_names=demonstration.object_names,
+        object_sizes=demonstration.object_sizes,
+        object_masses=volumes * settings.object_density,
+        object_poses=demonstration.objects[0],
+        home=np.concatenate([joints, np.full(len(robot.fingers), robot.finger_open)]),
+    )
+
+
+def shown_start(spec: SceneSpec) -> Start:
+    """The start that was demonstrated."""
+    return Start(joints=spec.home, objects=spec.object_poses)
+
+
+@dataclass(frozen=True)
+class Handles:
+    """PyBullet's numbers for what is in the scene."""
+
+    robot: int
+    arm: tuple[int, ...]
+    fingers: tuple[int, ...]
+    hand: int
+    objects: tuple[int, ...]
+
+
+class World:
+    """A physics simulation of one scene; `reset` rebuilds it whole, so that no trial sees another.
+
+    Attributes:
+        spec, settings, robot: what it is built from.
+        client: the physics server.
+        handles: the numbers of what is in it, after `reset`.
+    """
+
+    def __init__(self, spec: SceneSpec, settings: WorldSettings) -> None:
+        self.spec = spec
+        self.settings = settings
+        self.robot: Robot = load_robot(spec.robot)
+        self.client: Client = open_client()
+        self.handles: Handles
+
+    def close(self) -> None:
+        """Disconnects from the physics server."""
+        self.client.disconnect()
+
+    def reset(self, start: Start) -> None:
+        """Builds the scene at ``start``, everything at rest.
+
+        PyBullet is bit-identical from run to run only for the same order of loading, with deterministic
+        overlapping pairs and without sleeping.
+        """
+        p, s = self.client, self.settings
+        p.resetSimulation()
+        p.setPhysicsEngineParameter(
+            fixedTimeStep=1 / s.physics_rate,
+            numSolverIterations=s.solver_iterations,
+            deterministicOverlappingPairs=1,
+            enableFileCaching=1,
+        )
+        p.setGravity(0, 0, -9.81)
+        self._load_table()
+        objects = tuple(self._load_object(k, pose) for k, pose in enumerate(start.objects))
+        self.handles = self._load_robot(start, objects)
+
+    def _load_table(self) -> None:
+        p = self.client
+        plane = p.createCollisionShape(pybullet.GEOM_PLANE)
+        table = p.createMultiBody(0, plane)
+        p.changeDynamics(table, -1, lateralFriction=self.settings.table_friction)
+
+    def _load_object(self, k: int, pose: Array) -> int:
+        p, spec, s = self.client, self.spec, self.settings
+        shape = p.createCollisionShape(pybullet.GEOM_BOX, halfExtents=(spec.object_sizes[k] / 2).tolist())
+        body = p.createMultiBody(
+            float(spec.object_masses[k]), shape, -1, pose[:3].tolist(), pose[3:].tolist()
+        )
+        p.changeDynamics(
+            body,
+            -1,
+            lateralFriction=s.object_friction,
+            spinningFriction=s.spinning_friction,
+            rollingFriction=0.0,
+            linearDamping=0.0,
+            angularDamping=0.0,
+        )
+        return int(body)
+
+    def _load_robot(self, start: Start, objects: tuple[int, ...]) -> Handles:
+        p, base = self.client, self.spec.base
+        body = p.loadURDF(
+            self.robot.urdf,
+            base[:3].tolist(),
+            base[3:].tolist(),
+            useFixedBase=1,
+            flags=pybullet.URDF_ENABLE_CACHED_GRAPHICS_SHAPES,
+        )
+        joints, links = p.names(body)
+        arm = tuple(joints[name] for name in self.robot.arm)
+        fingers = tuple(joints[name] for name in self.robot.fingers)
+        for joint, position in zip(arm + fingers, start.joints.tolist(), strict=True):
+            p.resetJointState(body, joint, position)
+        for finger in fingers:
+            p.changeDynamics(
+                body,
+                finger,
+                lateralFriction=self.robot.finger_friction,
+                spinningFriction=self.settings.spinning_friction,
+            )
+        self._couple_fingers(body, fingers)
+        return Handles(body, arm, fingers, links[self.robot.hand_link], objects)
+
+    def _couple_fingers(self, body: int, fingers: tuple[int, ...]) -> None:
+        # The two fingers of a parallel gripper are one mechanism: they mirror each other.
+        if len(fingers) != 2:
+            return
+        p = self.client
+        gear = p.createConstraint(
+            body, fingers[0], body, fingers[1], pybullet.JOINT_GEAR, [1, 0, 0], [0, 0, 0], [0, 0, 0]
+        )
+        p.changeConstraint(gear, gearRatio=-1, erp=0.1, maxForce=50)

@@ -1,0 +1,227 @@
+"""Run policies in physics; every step reported.
+
+A control tick lasts a whole number of physics steps. At each tick the arm's joints are given a position and
+the gripper a force; a trial is its start and those commands, which is what makes it replayable.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from imitate.geometry import Array, align_signs, compose, normalised, relative
+from imitate.policy.dmp import response, rollout
+from imitate.record import Start, TrialRecord
+from imitate.settings import Settings
+from imitate.skill import Policy
+from imitate.world.engine import pybullet
+from imitate.world.kinematics import Arm
+from imitate.world.scene import World
+
+_Command = Callable[[list[float], list[float], float], None]
+_Observe = Callable[[], None]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a trial gave: its steps, and in words the pose that stopped it, if one was out of reach."""
+
+    record: TrialRecord
+    unreachable: str = ""
+
+
+class Simulator:
+    """A world and the arm's kinematics, for any number of trials of one scene."""
+
+    def __init__(self, world: World, settings: Settings) -> None:
+        self.world = world
+        self.settings = settings
+        self.arm = Arm(world.robot)
+        self.control_every = settings.world.physics_rate // settings.world.control_rate
+
+    def close(self) -> None:
+        """Disconnects both servers."""
+        self.world.close()
+        self.arm.close()
+
+    def run(self, start: Start, policies: Sequence[Policy]) -> Outcome:
+        """Runs policies one after another from ``start``, each followed by a moment of holding still.
+
+        A pose out of reach ends the trial there.
+        """
+        self.world.reset(start)
+        steps = _Steps()
+        commands = [np.append(start.joints[: len(self.arm.joints)], start.force)]
+        option_starts: list[int] = []
+        unreachable = ""
+        for policy in policies:
+            option_starts.append(len(steps.joint_positions))
+            plan, unreachable = self._plan(policy, commands[-1])
+            self._execute(np.vstack([commands[-1], plan]), steps)
+            commands.extend(plan)
+            if unreachable:
+                break
+        record = steps.record(start, self.control_every, tuple(option_starts), np.array(commands[1:]))
+        return Outcome(record, unreachable)
+
+    def resimulate(self, record: TrialRecord) -> TrialRecord:
+        """The trial that results from a record's start and commands."""
+        self.world.reset(record.start)
+        steps = _Steps()
+        first = np.append(record.start.joints[: len(self.arm.joints)], record.start.force)
+        self._execute(np.vstack([first, record.commands]), steps, record.steps)
+        return steps.record(record.start, self.control_every, record.option_starts, record.commands)
+
+    def _plan(self, policy: Policy, last: Array) -> tuple[Array, str]:
+        # Commands (C, A + 1) of a policy from where the world is now, cut at the first pose out of reach.
+        s, world = self.settings, self.world
+        ticks = max(2, round(policy.duration * s.world.control_rate))
+        k = world.spec.object_names.index(policy.reference)
+        reference = np.array(sum(world.client.getBasePositionAndOrientation(world.handles.objects[k]), ()))
+        hand = compose(reference, self.movement(policy, relative(reference, self.hand_pose()), ticks))
+        solution = self.arm.solve(world.spec.base, hand, last[:-1])
+        hold = round(s.world.settle_time * s.world.control_rate)
+        forces = self.forces(policy, ticks, float(last[-1]))
+        plan = np.column_stack([solution.joints, forces])
+        bad = (solution.distance > s.world.reach_tolerance) | (solution.angle > s.world.reach_angle)
+        if not bad.any():
+            return np.vstack([plan, np.repeat(plan[-1:], hold, axis=0)]), ""
+        first = int(np.argmax(bad))
+        x, y, z = hand[first, :3]
+        at = first / s.world.control_rate
+        return plan[: max(first, 1)], f"out of reach {at:.2f} s into the skill: ({x:.3f}, {y:.3f}, {z:.3f}) m"
+
+    def movement(self, policy: Policy, start: Array, ticks: int) -> Array:
+        """Poses (ticks, 7) of the hand in the reference's frame from its pose ``start`` (7,) there."""
+        s = self.settings.policy
+        shape = response(ticks, len(policy.pose_weights), s.phase_decay, s.stiffness)
+        aligned = align_signs(start[None], to=policy.start)[0]
+        return normalised(rollout(shape, aligned, policy.goal, policy.pose_weights, policy.pose_noise))
+
+    def forces(self, policy: Policy, ticks: int, last: float) -> Array:
+        """The gripper's command (ticks,) in newtons; without a gripper action it stays as it was."""
+        weights = policy.gripper_weights
+        if not len(weights):
+            return np.full(ticks, last)
+        s = self.settings.policy
+        shape = response(ticks, len(weights), s.gripper_decay, s.gripper_stiffness)
+        zero = np.zeros(1)
+        noise = policy.gripper_noise[:, None]
+        force = rollout(shape, zero, zero, weights[:, None], noise)[:, 0]
+        return np.where(force > s.open_below, np.minimum(force, self.world.robot.closing_force_limit), 0.0)
+
+    def hand_pose(self) -> Array:
+        """The tool-centre point's pose (7,) in the world, now."""
+        world = self.world
+        state = world.client.getLinkState(
+            world.handles.robot, world.handles.hand, computeForwardKinematics=True
+        )
+        return compose(np.array(state[4] + state[5]), self.arm.tcp)
+
+    def _execute(self, commands: Array, steps: _Steps, limit: int | None = None) -> None:
+        # The first row is the command before; velocities are backward differences, so they need no lookahead.
+        rate = self.settings.world.control_rate
+        observe = self._observer(steps)
+        step = self.world.client.stepSimulation
+        command = self._commander()
+        left = limit if limit is not None else (len(commands) - 1) * self.control_every
+        for before, now in pairwise(commands.tolist()):
+            command(now[:-1], [(b - a) * rate for a, b in zip(before[:-1], now[:-1], strict=True)], now[-1])
+            for _ in range(min(self.control_every, left)):
+                step()
+                observe()
+            left -= min(self.control_every, left)
+
+    def _commander(self) -> _Command:
+        world, robot = self.world, self.world.robot
+        body, arm, fingers = world.handles.robot, world.handles.arm, world.handles.fingers
+        p, s = world.client, self.settings.world
+        limits = [p.getJointInfo(body, joint)[10] for joint in arm]
+        gains = [s.position_gain] * len(arm)
+
+        def command(positions: list[float], velocities: list[float], force: float) -> None:
+            p.setJointMotorControlArray(
+                body,
+                arm,
+                pybullet.POSITION_CONTROL,
+                targetPositions=positions,
+                targetVelocities=velocities,
+                forces=limits,
+                positionGains=gains,
+            )
+            target, strength = (
+                (robot.finger_closed, force) if force > 0 else (robot.finger_open, robot.opening_force)
+            )
+            for finger in fingers:
+                p.setJointMotorControl2(
+                    body,
+                    finger,
+                    pybullet.POSITION_CONTROL,
+                    targetPosition=target,
+                    force=strength,
+                    maxVelocity=robot.finger_speed,
+                )
+
+        return command
+
+    def _observer(self, steps: _Steps) -> _Observe:
+        p, handles = self.world.client, self.world.handles
+        joints = handles.arm + handles.fingers
+        states, pose_of, velocity_of = (
+            p.getJointStates,
+            p.getBasePositionAndOrientation,
+            p.getBaseVelocity,
+        )
+        contacts, link = p.getContactPoints, p.getLinkState
+        robot, hand, objects = handles.robot, handles.hand, handles.objects
+
+        def observe() -> None:
+            now = states(robot, joints)
+            steps.joint_positions.append([j[0] for j in now])
+            steps.joint_velocities.append([j[1] for j in now])
+            at = link(robot, hand, computeForwardKinematics=True)
+            steps.links.append(at[4] + at[5])
+            for body in objects:
+                position, turn = pose_of(body)
+                steps.object_poses.append(position + turn)
+                linear, angular = velocity_of(body)
+                steps.object_velocities.append(linear + angular)
+                touching = contacts(robot, body)
+                steps.contact_forces.append(sum([c[9] for c in touching]) if touching else 0.0)
+
+        steps.tcp = self.arm.tcp
+        return observe
+
+
+@dataclass
+class _Steps:
+    """Rows as physics gives them, made into arrays once at the end."""
+
+    joint_positions: list[list[float]] = field(default_factory=list)
+    joint_velocities: list[list[float]] = field(default_factory=list)
+    links: list[tuple[float, ...]] = field(default_factory=list)
+    object_poses: list[tuple[float, ...]] = field(default_factory=list)
+    object_velocities: list[tuple[float, ...]] = field(default_factory=list)
+    contact_forces: list[float] = field(default_factory=list)
+    tcp: Array = field(default_factory=lambda: np.zeros(7))
+
+    def record(
+        self, start: Start, control_every: int, option_starts: tuple[int, ...], commands: Array
+    ) -> TrialRecord:
+        """The trial so far, as data."""
+        count, objects = len(self.joint_positions), len(start.objects)
+        return TrialRecord(
+            start=start,
+            control_every=control_every,
+            option_starts=option_starts,
+            commands=commands,
+            joint_positions=np.array(self.joint_positions),
+            joint_velocities=np.array(self.joint_velocities),
+            hand_poses=compose(np.array(self.links), self.tcp),
+            object_poses=np.array(self.object_poses).reshape(count, objects, 7),
+            object_velocities=np.array(self.object_velocities).reshape(count, objects, 6),
+            contact_forces=np.array(self.contact_forces).reshape(count, objects),
+        )
