@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from imitate.geometry import read_only
+from imitate.geometry import Array, read_only
 
 
 @dataclass(frozen=True)
@@ -20,6 +20,12 @@ class Intrinsics:
     fy: float
     cx: float
     cy: float
+
+    def rays(self) -> Array:
+        """(H, W, 3) the point at depth 1 m behind each pixel's centre; times the depth, the pixel's point."""
+        u, v = np.meshgrid(np.arange(self.width), np.arange(self.height))
+        x, y = (u - self.cx) / self.fx, (v - self.cy) / self.fy
+        return np.stack([x, y, np.ones_like(x)], axis=-1)
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from imitate.cli import console
+from imitate.cli.demonstrate import demonstrate
 
 app = typer.Typer(
     name="imitate",
@@ -18,7 +19,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-VERBS: tuple[Callable[..., None], ...] = ()
+VERBS: tuple[Callable[..., None], ...] = (demonstrate,)
 """Functions, one per verb, in the order in which --help lists them. Their modules import typer alone."""
 
 for _verb in VERBS:
