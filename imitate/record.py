@@ -59,6 +59,7 @@ class TrialRecord:
 
     Attributes:
         start: where it started.
+        time_step: seconds of one physics step.
         control_every: physics steps to a command.
         option_starts: for each option run in a row, the step at which it starts (the first is 0).
         commands: (⌈N / control_every⌉, A + 1) arm joint targets (rad), then the gripper's force λ (N): λ > 0
@@ -72,6 +73,7 @@ class TrialRecord:
     """
 
     start: Start
+    time_step: float
     control_every: int
     option_starts: tuple[int, ...]
     commands: Array

@@ -41,6 +41,7 @@ class Simulator:
         self.settings = settings
         self.arm = Arm(world.robot)
         self.control_every = settings.world.physics_rate // settings.world.control_rate
+        self._grid = (1 / settings.world.physics_rate, self.control_every)
 
     def close(self) -> None:
         """Disconnects both servers."""
@@ -64,7 +65,7 @@ class Simulator:
             commands.extend(plan)
             if unreachable:
                 break
-        record = steps.record(start, self.control_every, tuple(option_starts), np.array(commands[1:]))
+        record = steps.record(start, self._grid, tuple(option_starts), np.array(commands[1:]))
         return Outcome(record, unreachable)
 
     def resimulate(self, record: TrialRecord) -> TrialRecord:
@@ -73,7 +74,7 @@ class Simulator:
         steps = _Steps()
         first = np.append(record.start.joints[: len(self.arm.joints)], record.start.force)
         self._execute(np.vstack([first, record.commands]), steps, record.steps)
-        return steps.record(record.start, self.control_every, record.option_starts, record.commands)
+        return steps.record(record.start, self._grid, record.option_starts, record.commands)
 
     def _plan(self, policy: Policy, last: Array) -> tuple[Array, str]:
         # Commands (C, A + 1) of a policy from where the world is now, cut at the first pose out of reach.
@@ -209,13 +210,14 @@ class _Steps:
     tcp: Array = field(default_factory=lambda: np.zeros(7))
 
     def record(
-        self, start: Start, control_every: int, option_starts: tuple[int, ...], commands: Array
+        self, start: Start, grid: tuple[float, int], option_starts: tuple[int, ...], commands: Array
     ) -> TrialRecord:
         """The trial so far, as data."""
         count, objects = len(self.joint_positions), len(start.objects)
         return TrialRecord(
             start=start,
-            control_every=control_every,
+            time_step=grid[0],
+            control_every=grid[1],
             option_starts=option_starts,
             commands=commands,
             joint_positions=np.array(self.joint_positions),

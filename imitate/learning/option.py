@@ -1,0 +1,43 @@
+"""Option: initiation set, policy, termination; and P(β = 1 | π) with its interval."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from imitate.learning.problem import Problem
+from imitate.skill import Policy
+
+_Z = 1.959963984540054  # 97.5 % quantile of the normal distribution
+
+
+@dataclass(frozen=True)
+class Option:
+    """⟨I, π, β⟩: I is where the options before it end, π a policy, β the problem's judgement at the end."""
+
+    problem: Problem
+    policy: Policy
+
+
+@dataclass(frozen=True)
+class Success:
+    """Successes out of trials, with Wilson's 95 % interval."""
+
+    successes: int
+    trials: int
+
+    @property
+    def rate(self) -> float:
+        """The point estimate of P."""
+        return self.successes / self.trials if self.trials else 0.0
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Wilson's score interval (low, high) within 0…1."""
+        n, p = self.trials, self.rate
+        if not n:
+            return 0.0, 1.0
+        middle = (p + _Z**2 / (2 * n)) / (1 + _Z**2 / n)
+        half = _Z / (1 + _Z**2 / n) * np.sqrt(p * (1 - p) / n + _Z**2 / (4 * n * n))
+        return max(0.0, float(middle - half)), min(1.0, float(middle + half))

@@ -1,0 +1,159 @@
+"""Problem: what is observed, what may be done, what it costs, and when it is solved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from imitate.demonstration import HAND, Demonstration
+from imitate.geometry import Array, align_signs, angle_between, relative, resample
+from imitate.policy.dmp import imitate, response
+from imitate.record import TrialRecord
+from imitate.settings import Learning, Settings
+from imitate.skill import CostTerms, Formulation, Policy, Segment
+
+
+@dataclass(frozen=True)
+class Problem:
+    """⟨S, A, cost⟩ of one formulation (the paper, section 5.1).
+
+    Attributes:
+        formulation: state and actions, by name.
+        shown: body → pose (7,) in the reference's frame at the segment's end.
+        imitated: the policy that follows the demonstration, gripper weights 0.
+        lets_go: whether the demonstration goes on with the hand leaving what it carried.
+        object_names: in the order of a record's objects.
+    """
+
+    formulation: Formulation
+    shown: dict[str, Array]
+    imitated: Policy
+    lets_go: bool
+    object_names: tuple[str, ...]
+
+
+def formulate(
+    demonstration: Demonstration, segments: tuple[Segment, ...], formulation: Formulation, settings: Settings
+) -> Problem:
+    """States a segment as a problem: the demonstration in the reference's frame, at each frame.
+
+    A reference that moves is followed; at run time its pose is taken when the option starts.
+    """
+    segment = segments[formulation.segment]
+    later = segments[formulation.segment + 1 : formulation.segment + 2]
+    abstraction = formulation.abstraction
+    reference = demonstration.pose_of(abstraction.reference)
+    t = demonstration.t - demonstration.t[0]
+    ticks = max(2, round((segment.end - segment.start) * settings.world.control_rate))
+    at = np.linspace(segment.start, segment.end, ticks)
+
+    def seen(body: str) -> Array:
+        return resample(t, relative(reference, demonstration.pose_of(body)), at)
+
+    hand = align_signs(seen(HAND))
+    s = settings.policy
+    shape = response(ticks, s.pose_kernels, s.phase_decay, s.stiffness)
+    gripper = s.gripper_kernels if "gripper" in formulation.actions else 0
+    policy = Policy(
+        reference=abstraction.reference,
+        duration=ticks / settings.world.control_rate,
+        start=hand[0],
+        goal=hand[-1],
+        pose_weights=imitate(shape, hand, hand[-1]),
+        gripper_weights=np.zeros(gripper),
+    )
+    return Problem(
+        formulation=formulation,
+        shown={body: seen(body)[-1] for body in abstraction.relevant},
+        imitated=policy,
+        lets_go=any(set(abstraction.carried) - set(s.abstraction.carried) for s in later),
+        object_names=demonstration.object_names,
+    )
+
+
+def body_in_reference(problem: Problem, record: TrialRecord, body: str, step: int = -1) -> Array:
+    """Pose (7,) of a body in the reference's frame at a step of a trial."""
+    return relative(
+        _pose(problem, record, problem.formulation.abstraction.reference, step),
+        _pose(problem, record, body, step),
+    )
+
+
+def _pose(problem: Problem, record: TrialRecord, body: str, step: int) -> Array:
+    if body == HAND:
+        return np.asarray(record.hand_poses[step])
+    return np.asarray(record.object_poses[step, problem.object_names.index(body)])
+
+
+def cost_of(problem: Problem, record: TrialRecord, unreachable: bool, settings: Learning) -> CostTerms:
+    """What the last option of a trial cost, by term (authors' code; ALGORITHMS 5)."""
+    terminal = settings.unreachable_cost if unreachable else _terminal(problem, record, settings)
+    acceleration, switches = immediate_costs(problem, record, settings)
+    return CostTerms(terminal, float(acceleration.sum()), float(switches.sum()))
+
+
+def _terminal(problem: Problem, record: TrialRecord, settings: Learning) -> float:
+    total = 0.0
+    for body, shown in problem.shown.items():
+        pose = body_in_reference(problem, record, body)
+        pose = align_signs(pose[None], to=shown)[0]
+        off = np.abs(pose - shown)
+        total += settings.position_cost * off[:3].sum() + settings.turn_cost * off[3:].sum()
+    return float(total)
+
+
+def immediate_costs(problem: Problem, record: TrialRecord, settings: Learning) -> tuple[Array, Array]:
+    """Squared accelerations and gripper switches (C,) at each control tick of the last option."""
+    every = record.control_every
+    first = record.option_starts[-1]
+    hand = record.hand_poses[first::every, :3]
+    rate = 1 / (every * record.time_step)
+    acceleration = np.zeros(len(hand))
+    acceleration[1:-1] = settings.acceleration_cost * (np.diff(hand, 2, axis=0) ** 2).sum(axis=1) * rate**4
+    before = record.commands[first // every - 1, -1] if first else record.start.force
+    closed = np.append(before, record.commands[first // every :, -1]) > 0
+    switches = settings.switch_cost * (closed[1:] != closed[:-1])
+    if settings.charge_closed_end and problem.lets_go and closed[-1]:
+        switches[-1] += settings.switch_cost
+    return acceleration, switches
+
+
+def failure_of(
+    problem: Problem, record: TrialRecord, unreachable: str, cost: CostTerms, settings: Learning
+) -> str:
+    """Why β does not hold at a trial's end, in words; empty when it does."""
+    if unreachable:
+        return unreachable
+    if settings.judge == "cost":
+        c = settings.cost_threshold
+        return "" if cost.terminal < c else f"terminal cost {cost.terminal:.1f}, not below C = {c:g}"
+    reasons = [
+        reason
+        for body, shown in problem.shown.items()
+        if (reason := _misses(problem, record, body, shown, settings))
+    ]
+    return "; ".join(reasons)
+
+
+def _misses(problem: Problem, record: TrialRecord, body: str, shown: Array, settings: Learning) -> str:
+    pose = body_in_reference(problem, record, body)
+    reference = problem.formulation.abstraction.reference
+    off = float(np.linalg.norm(pose[:3] - shown[:3]))
+    angle = float(np.rad2deg(angle_between(pose, shown)))
+    if off > settings.near or angle > settings.near_angle:
+        return (
+            f"{body} ends {off * 1e3:.0f} mm and {angle:.0f}° from where it was shown relative to {reference}"
+        )
+    if not at_rest(problem, record, body, settings):
+        return f"{body} is still moving"
+    return ""
+
+
+def at_rest(problem: Problem, record: TrialRecord, body: str, settings: Learning) -> bool:
+    """Whether a body moved by less than a tenth of the tolerance over the last `rest_time`."""
+    back = min(record.steps, max(1, round(settings.rest_time / record.time_step)))
+    before, now = _pose(problem, record, body, -back), _pose(problem, record, body, -1)
+    moved = float(np.linalg.norm(now[:3] - before[:3]))
+    turned = float(np.rad2deg(angle_between(before, now)))
+    return moved < settings.near / 10 and turned < settings.near_angle / 10

@@ -1,0 +1,134 @@
+"""Trials in parallel, on any executor, given back in the order asked for."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from multiprocessing import get_context
+from types import TracebackType
+
+import numpy as np
+
+from imitate.errors import ImitateError
+from imitate.geometry import Array, compose
+from imitate.record import SceneSpec, Start
+from imitate.settings import Settings
+from imitate.skill import Policy
+from imitate.world.scene import World
+from imitate.world.trial import Outcome, Simulator
+
+ExecutorFactory = Callable[[], Executor]
+
+_DEATHS_FORGIVEN = 3
+
+
+@dataclass(frozen=True)
+class Task:
+    """One trial to run: where it starts and the policies run in a row."""
+
+    start: Start
+    policies: tuple[Policy, ...]
+
+
+def process_pool(workers: int) -> ExecutorFactory:
+    """A factory of local process pools; a spawned process inherits nothing but what it is sent."""
+    return partial(ProcessPoolExecutor, workers, mp_context=get_context("spawn"))
+
+
+class Trials:
+    """Runs tasks of one scene; use as a context manager.
+
+    After one worker's death a process pool refuses every later task, so a new executor is made and what was
+    not finished is run again: trials depend on nothing but their task.
+    """
+
+    def __init__(self, factory: ExecutorFactory, spec: SceneSpec, settings: Settings) -> None:
+        self.spec = spec
+        self.settings = settings
+        self._factory = factory
+        self._executor = factory()
+        self._scene = pickle.dumps((spec, settings))
+
+    def __enter__(self) -> Trials:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._executor.shutdown(wait=True, cancel_futures=True)
+
+    def run(self, tasks: Sequence[Task]) -> Iterator[Outcome]:
+        """The outcomes, in the order of the tasks.
+
+        Raises:
+            ImitateError: workers died again and again.
+        """
+        done, deaths = 0, 0
+        while done < len(tasks):
+            try:
+                for outcome in self._executor.map(partial(_run_task, self._scene), tasks[done:]):
+                    done += 1
+                    yield outcome
+            except BrokenExecutor as error:
+                deaths += 1
+                if deaths > _DEATHS_FORGIVEN:
+                    raise ImitateError(
+                        f"the processes that run trials died {deaths} times ({error}); out of memory, or killed? "
+                        "Try again with --workers 1."
+                    ) from error
+                self._executor.shutdown(wait=False, cancel_futures=True)
+                self._executor = self._factory()
+
+
+def _run_task(scene: bytes, task: Task) -> Outcome:
+    return _simulator(scene).run(task.start, task.policies)
+
+
+@lru_cache(maxsize=1)
+def _simulator(scene: bytes) -> Simulator:
+    spec, settings = pickle.loads(scene)
+    return Simulator(World(spec, settings.world), settings)
+
+
+def perturbed_starts(
+    spec: SceneSpec, count: int, seed: np.random.SeedSequence, settings: Settings
+) -> list[Start]:
+    """Starts with each object moved along x and y and turned about z, none inside another.
+
+    An object that stands on another at the start is moved with it.
+    """
+    return [
+        _perturbed(spec, np.random.default_rng(child), settings.learning.shift, settings.learning.turn)
+        for child in seed.spawn(count)
+    ]
+
+
+def _perturbed(spec: SceneSpec, rng: np.random.Generator, shift: float, turn: float) -> Start:
+    for _ in range(1000):
+        poses = spec.object_poses.copy()
+        for k in range(len(poses)):
+            poses[k, :2] += rng.uniform(-shift, shift, 2)
+            half = np.deg2rad(rng.uniform(-turn, turn)) / 2
+            turned = compose([0, 0, 0, 0, 0, np.sin(half), np.cos(half)], [0, 0, 0, *poses[k, 3:]])
+            poses[k, 3:] = turned[3:]
+        if _apart(spec, poses):
+            return Start(joints=spec.home, objects=poses)
+    raise ImitateError(
+        f"no start with every object moved by up to {shift * 100:g} cm keeps the objects apart; they stand too "
+        "close. Make learning.shift smaller."
+    )
+
+
+def _apart(spec: SceneSpec, poses: Array) -> bool:
+    # Pairs that overlapped in height and plan as shown stand on or in one another; the others must not come to.
+    radius = np.linalg.norm(spec.object_sizes[:, :2], axis=1) / 2
+    need = radius[:, None] + radius[None, :]
+
+    def gaps(p: Array) -> Array:
+        return np.asarray(np.linalg.norm(p[:, None, :2] - p[None, :, :2], axis=-1))
+
+    shown, now = gaps(spec.object_poses), gaps(poses)
+    return bool(np.all((now >= np.minimum(need, shown)) | np.eye(len(poses), dtype=bool)))

@@ -1,0 +1,56 @@
+"""Policy improvement by path integrals: pure functions of noise and costs (the paper, section 5.2).
+
+PI² weighs each rollout at each time by its cost to go; PI^BB has noise that is constant over a rollout,
+for which the total cost is enough.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from imitate.geometry import Array
+
+
+def probabilities(costs: Array, eliteness: float) -> Array:
+    """P (..., K) ∝ exp(−h (S − min)/(max − min)) over the last axis; equal where all costs are equal."""
+    low = costs.min(axis=-1, keepdims=True)
+    spread = costs.max(axis=-1, keepdims=True) - low
+    scaled = np.divide(costs - low, spread, out=np.zeros_like(costs), where=spread > 0)
+    weights = np.exp(-eliteness * scaled)
+    return np.asarray(weights / weights.sum(axis=-1, keepdims=True))
+
+
+def constant_update(noise: Array, costs: Array, eliteness: float) -> Array:
+    """PI^BB: δθ = Σ_k P_k ε_k.
+
+    Args:
+        noise: ε (K, ...) of K rollouts, relative to the mean that is updated.
+        costs: (K,) total cost of each.
+
+    Returns:
+        δθ, shaped like one ε.
+    """
+    return np.asarray(np.tensordot(probabilities(costs, eliteness), noise, axes=1))
+
+
+def per_kernel_update(noise: Array, cost_to_go: Array, activations: Array, eliteness: float) -> Array:
+    """PI²: δθ_i = Σ_k P_i,k ε_k, averaged over time by (N − i) ψ_j(i).
+
+    Args:
+        noise: ε (K, n, D): one draw per kernel and rollout, in force while that kernel is the most active.
+        cost_to_go: S (N, K).
+        activations: ψ (N, n), normalised.
+
+    Returns:
+        δθ (n, D).
+    """
+    samples = len(activations)
+    weight = activations * (samples - np.arange(samples))[:, None]
+    weight = weight / weight.sum(axis=0)
+    blend = weight.T @ probabilities(cost_to_go, eliteness)  # (n, K)
+    return np.asarray(np.einsum("nk,knd->nd", blend, noise))
+
+
+def noise_factor(update: int, updates: int, least: float) -> float:
+    """max(least, (U − i − 1)/U): exploration narrows over U updates (authors' code)."""
+    return max(least, (updates - update - 1) / updates)
