@@ -37,9 +37,36 @@ class Perception(_Section):
 
 
 class Segmentation(_Section):
-    """Demonstration → segments (the paper, section 4)."""
+    """Demonstration → segments (the paper, section 4; ALGORITHMS 2).
+
+    Frames are the demonstration's own in the faithful mode, and resampled at ``rate`` in the robust one.
+    """
 
     mode: Mode = "robust"
+    expected_length: float = Field(100.0, gt=1)
+    """frames; mean length of a segment, k of the geometric prior (ALGORITHMS 2)."""
+    threshold: float = Field(0.03, ge=0)
+    """m; d_thresh, how far hand and a relevant object move apart at most; faithful only (ALGORITHMS 2)."""
+    rate: float = Field(30.0, gt=0, le=1000)
+    """Hz; a Kinect's, to which the robust score resamples (ALGORITHMS 2)."""
+    window: int = Field(10, ge=1)
+    """frames over which displacements are taken (ALGORITHMS 2)."""
+    slack: float = Field(0.003, gt=0)
+    """m; how far a still or carried object moves by itself, beyond the noise (ALGORITHMS 2)."""
+    clip: float = Field(3.0, gt=0)
+    """nats that one frame may say about an object (ALGORITHMS 2)."""
+    object_penalty: float = Field(3.0, ge=0)
+    """nats that each relevant object costs (ALGORITHMS 2)."""
+    reference_length: float = Field(0.02, gt=0)
+    """m; ℓ_ref, distance to the reference that costs one nat (ALGORITHMS 2)."""
+    shortest: int = Field(5, ge=1)
+    """frames that a segment has at least (ALGORITHMS 2)."""
+    neighbour_bonus: float = Field(10.0, ge=0)
+    """nats for a free hand's reference to be what it takes next or else let go last; 20 cm of distance."""
+    rest_speed: float = Field(0.04, ge=0)
+    """m/s below which the hand rests; people slow down to this while their fingers close."""
+    rest_limit: float = Field(0.5, ge=0)
+    """s of rest on either side of a carry that go to the carry: time for fingers to close and open."""
 
 
 class PolicySettings(_Section):
@@ -181,7 +208,7 @@ class Settings(_Section):
 
 
 _FAITHFUL: dict[str, dict[str, Any]] = {
-    "segmentation": {"mode": "faithful"},
+    "segmentation": {"mode": "faithful", "shortest": 1, "neighbour_bonus": 0.0, "rest_limit": 0.0},
     "learning": {
         "imitation_first": False,
         "exploration": "per-kernel",

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from imitate.errors import FileError, ImitateError
+from imitate.errors import ImitateError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -107,18 +107,6 @@ def progress() -> Progress:
         transient=True,
         disable=not console.is_terminal,
     )
-
-
-def check_free(path: Path, force: bool) -> None:
-    """Refuse an output that exists, before any work is done for it.
-
-    Raises:
-        FileError: ``path`` exists and ``force`` is not given, or its folder does not exist.
-    """
-    if path.exists() and not force:
-        raise FileError(path, "exists already", "Give another name, or --force to overwrite it.")
-    if not path.absolute().parent.is_dir():
-        raise FileError(path, f"there is no folder {path.parent}", "Make it first, or give another name.")
 
 
 def _fail(message: str, code: int, debug: bool) -> int:

@@ -1,1 +1,15 @@
-"""A demonstration to segments (the paper, section 4)."""
+"""A demonstration to segments (the paper, section 4).
+
+Symbols::
+
+    j, t        a segment is frames j…t−1, n = t − j frames long
+    q           an abstraction ⟨O_rel, o_ref⟩; the hand is always relevant, o_ref never
+    k           mean length of a segment, frames
+    d̄           how far hand and object move apart over a segment, metres
+    ℓ           what one frame says for an object to move with the hand, nats
+"""
+
+from imitate.segmentation.overrides import apply_decisions
+from imitate.segmentation.segments import rankings, segment
+
+__all__ = ["apply_decisions", "rankings", "segment"]

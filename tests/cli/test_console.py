@@ -3,14 +3,13 @@
 import json
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 import typer
 
 from imitate import __version__, cli
 from imitate.cli import console
-from imitate.errors import FileError, ImitateError, UsageError
+from imitate.errors import ImitateError, UsageError
 
 
 def raising(error: BaseException) -> object:
@@ -61,17 +60,6 @@ def test_json_is_one_line_and_never_nan(capsys):
     assert json.loads(out) == {"a": [1, 2.5], "ä": None}
     with pytest.raises(ValueError, match="JSON compliant"):
         console.write_json(float("nan"))
-
-
-def test_nothing_is_overwritten_without_force(tmp_path: Path):
-    there = tmp_path / "there"
-    there.touch()
-    with pytest.raises(FileError, match=r"exists already.*--force"):
-        console.check_free(there, force=False)
-    console.check_free(there, force=True)
-    console.check_free(tmp_path / "new", force=False)
-    with pytest.raises(FileError, match="no folder"):
-        console.check_free(tmp_path / "nowhere" / "new", force=False)
 
 
 def test_version(capsys):

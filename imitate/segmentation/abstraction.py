@@ -1,0 +1,68 @@
+"""Candidate abstractions ⟨O_rel, o_ref⟩ and how well each explains a segment.
+
+Both scores of the method have one form: log P(segment, q) = Σ_{o ∈ O_rel} relevance(o) + closeness(o_ref). It
+factorises over the objects, so the best O_rel is found object by object and subsets are never enumerated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from imitate.demonstration import HAND
+from imitate.geometry import Array
+from imitate.skill import Abstraction, Candidate
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What speaks for each of K objects in each of S segments, as natural logs.
+
+    Attributes:
+        relevance: (S, K) for the object to be relevant rather than not.
+        free: (S, K) for the object to be the reference of a hand that holds nothing.
+        holding: (S, K) the same when something is held; never above ``free``.
+    """
+
+    relevance: Array
+    free: Array
+    holding: Array
+
+
+def log_prior(objects: int) -> float:
+    """log p(q), uniform over all abstractions of K objects: K references, 2^(K−1) sets without it."""
+    return -float(np.log(objects) + (objects - 1) * np.log(2))
+
+
+def best_scores(evidence: Evidence) -> Array:
+    """log P(segment, q) (S,) under the best abstraction of all, the reference never among the relevant."""
+    gain = np.maximum(evidence.relevance, 0)
+    held = gain.sum(axis=1, keepdims=True) - gain  # by each reference, without itself
+    best: Array = np.maximum(held + evidence.holding, evidence.free).max(axis=1)
+    return best
+
+
+def candidates(evidence: Evidence, names: Sequence[str]) -> tuple[Candidate, ...]:
+    """Abstractions of one segment (S = 1), best first.
+
+    Relevant sets are the best one of each reference, those that differ from it by one object, the empty set
+    and the single objects: all there are for two objects, and enough to restate a problem for more.
+    """
+    relevance = evidence.relevance[0]
+    found = []
+    for reference, name in enumerate(names):
+        for relevant in _relevant_sets(relevance, reference):
+            close = evidence.holding if relevant else evidence.free
+            score = float(sum(relevance[k] for k in relevant) + close[0, reference])
+            found.append(Candidate(Abstraction((HAND, *(names[k] for k in relevant)), name), score))
+    return tuple(sorted(found, key=lambda candidate: -candidate.log_likelihood))
+
+
+def _relevant_sets(relevance: Array, reference: int) -> Iterator[tuple[int, ...]]:
+    others = [k for k in range(len(relevance)) if k != reference]
+    best = frozenset(k for k in others if relevance[k] > 0)
+    sets = {best, frozenset[int](), *(frozenset([k]) for k in others), *(best ^ {k} for k in others)}
+    for chosen in sorted(sets, key=lambda chosen: (len(chosen), sorted(chosen))):
+        yield tuple(sorted(chosen))

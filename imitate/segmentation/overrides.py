@@ -1,0 +1,94 @@
+"""The operator's decisions, applied to the segments as found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from imitate.demonstration import HAND, Demonstration
+from imitate.errors import UnknownNameError, UsageError
+from imitate.segmentation.segments import rankings
+from imitate.settings import Segmentation
+from imitate.skill import Abstraction, Decision, Segment
+
+SHORTEST = 0.1
+"""s; what a segment lasts at least. A skill cannot be learned from less."""
+
+Segments = tuple[Segment, ...]
+
+
+def apply_decisions(
+    found: Segments, decisions: Sequence[Decision], demonstration: Demonstration, settings: Segmentation
+) -> Segments:
+    """Segments after all ``decisions`` in order; an "undo" takes back the last one that still holds.
+
+    A segment whose boundary changed is ranked anew, and keeps its abstraction when its boundary was moved;
+    split and merged segments take their best one.
+
+    Raises:
+        UsageError: a decision that cannot be applied, in words; those before it are not at fault.
+    """
+    history = [found]
+    for number, decision in enumerate(decisions, start=1):
+        try:
+            if decision.kind == "undo":
+                if len(history) == 1:
+                    raise UsageError("there is nothing to undo.")
+                history.pop()
+            else:
+                history.append(_applied(history[-1], decision, demonstration, settings))
+        except UsageError as error:
+            raise UsageError(f"decision {number} ({decision.kind}): {error}") from None
+    return history[-1]
+
+
+def _applied(
+    segments: Segments, decision: Decision, demonstration: Demonstration, settings: Segmentation
+) -> Segments:
+    k, kind = decision.segment, decision.kind
+    needed = k + 1 if kind in ("move", "merge") else k
+    if k < 0 or needed >= len(segments):
+        what = f"segments {k} and {k + 1}" if needed > k else f"segment {k}"
+        raise UsageError(f"there is no {what}; segments are numbered 0 to {len(segments) - 1}.")
+    first, last = segments[k], segments[needed]
+    if kind == "relabel":
+        changed = [_relabelled(first, decision.abstraction, demonstration)]
+    elif kind == "merge":
+        changed = [replace(first, end=last.end)]
+    else:
+        _check_time(decision.time, first.start, last.end)
+        changed = [replace(first, end=decision.time), replace(last, start=decision.time)]
+    result = (*segments[:k], *changed, *segments[needed + 1 :])
+    if kind == "relabel":
+        return result
+    ranked = rankings(demonstration, settings, [*(s.start for s in result), result[-1].end])
+    for i in range(k, k + len(changed)):
+        best = result[i].abstraction if kind == "move" else ranked[i][0].abstraction
+        anew = replace(result[i], abstraction=best, alternatives=ranked[i], human=True)
+        result = (*result[:i], anew, *result[i + 1 :])
+    return result
+
+
+def _relabelled(s: Segment, wanted: Abstraction | None, demonstration: Demonstration) -> Segment:
+    if wanted is None:
+        raise UsageError("no abstraction is given.")
+    names = demonstration.object_names
+    for name in (*wanted.carried, wanted.reference):
+        if name not in names:
+            raise UnknownNameError("object", name, names)
+    if wanted.relevant[:1] != (HAND,):
+        raise UsageError(f"{wanted}: the hand is always relevant, and named first.")
+    if len(set(wanted.relevant)) < len(wanted.relevant):
+        raise UsageError(f"{wanted}: an object is named twice.")
+    if wanted.reference in wanted.relevant:
+        raise UsageError(f"{wanted}: the reference cannot be one of the relevant objects.")
+    ordered = Abstraction((HAND, *(name for name in names if name in wanted.carried)), wanted.reference)
+    return replace(s, abstraction=ordered, human=True)
+
+
+def _check_time(time: float, start: float, end: float) -> None:
+    if not start + SHORTEST <= time <= end - SHORTEST:
+        raise UsageError(
+            f"{time:g} s is outside of {start + SHORTEST:.2f} to {end - SHORTEST:.2f} s, which leaves both "
+            f"segments {SHORTEST:g} s at least."
+        )

@@ -1,0 +1,132 @@
+"""A demonstration cut into skills, each with the abstraction that explains it best."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import Protocol
+
+import numpy as np
+
+from imitate.demonstration import Demonstration
+from imitate.errors import DemonstrationError
+from imitate.geometry import Array
+from imitate.segmentation.abstraction import Evidence, best_scores, candidates, log_prior
+from imitate.segmentation.changepoints import most_probable_cuts
+from imitate.segmentation.faithful import FaithfulScore
+from imitate.segmentation.rests import resting, rests_to_carries
+from imitate.segmentation.robust import RobustScore
+from imitate.settings import Segmentation
+from imitate.skill import Candidate, Segment
+
+
+class Score(Protocol):
+    """A score of segments over frames at ``times``, seconds since the first one."""
+
+    times: Array
+
+    def ends(self) -> Iterator[Evidence]:
+        """Evidence for every start j = 0…t−1, for each end t = 1…T in turn."""
+
+    def between(self, start: int, end: int) -> Evidence:
+        """Evidence for the one segment of frames start…end−1."""
+
+
+def segment(demonstration: Demonstration, settings: Segmentation) -> tuple[Segment, ...]:
+    """The most probable skills of a demonstration, in order and without gaps.
+
+    Raises:
+        DemonstrationError: the only object there is moves, so that nothing is left as its reference.
+    """
+    _check_reference_left(demonstration)
+    score = score_of(demonstration, settings)
+    frames, prior = len(score.times), log_prior(len(demonstration.object_names))
+    scores = (best_scores(evidence) + prior for evidence in score.ends())
+    cuts, _ = most_probable_cuts(scores, frames, settings.expected_length, settings.shortest)
+    cuts, chosen = _merged(cuts, score, demonstration.object_names, settings)
+    if settings.rest_limit > 0:
+        most = round(settings.rest_limit * (frames - 1) / demonstration.duration)
+        rests = resting(demonstration, score.times, settings)
+        carries = [bool(best.abstraction.carried) for best in chosen]
+        cuts = rests_to_carries(cuts, carries, rests, most, settings.shortest)
+    ranked = _ranked(cuts, score, demonstration.object_names, settings)
+    ends = score.times[np.minimum(cuts, frames - 1)]
+    return tuple(
+        Segment(float(start), float(end), best.abstraction, alternatives)
+        for (start, end), best, alternatives in zip(pairwise(ends), chosen, ranked, strict=True)
+    )
+
+
+def rankings(
+    demonstration: Demonstration, settings: Segmentation, boundaries: Sequence[float]
+) -> list[tuple[Candidate, ...]]:
+    """How well each abstraction explains what happens between boundaries, best first.
+
+    Args:
+        boundaries: N + 1 increasing times, seconds since the first frame.
+
+    Returns:
+        N rankings.
+    """
+    score = score_of(demonstration, settings)
+    cuts = np.searchsorted(score.times, boundaries).tolist()
+    if boundaries[-1] >= score.times[-1]:
+        cuts[-1] = len(score.times)
+    return _ranked(cuts, score, demonstration.object_names, settings)
+
+
+def score_of(demonstration: Demonstration, settings: Segmentation) -> Score:
+    """The segment score of the settings' mode."""
+    if settings.mode == "faithful":
+        return FaithfulScore(demonstration, settings.threshold)
+    return RobustScore(demonstration, settings)
+
+
+def _merged(
+    cuts: tuple[int, ...], score: Score, names: Sequence[str], settings: Segmentation
+) -> tuple[tuple[int, ...], list[Candidate]]:
+    """Cuts without those between two segments of one abstraction, and the best candidates between them."""
+    while True:
+        best = [ranking[0] for ranking in _ranked(cuts, score, names, settings)]
+        kept = [a.abstraction != b.abstraction for a, b in pairwise(best)]
+        if all(kept):
+            return cuts, best
+        cuts = (0, *(cut for cut, keep in zip(cuts[1:-1], kept, strict=True) if keep), cuts[-1])
+
+
+def _ranked(
+    cuts: Sequence[int], score: Score, names: Sequence[str], settings: Segmentation
+) -> list[tuple[Candidate, ...]]:
+    """Candidates of each segment, best first.
+
+    A free hand most probably goes to what it holds next, and at the end comes from what it held last: those
+    references gain ``neighbour_bonus`` nats.
+    """
+    ranked = [candidates(score.between(a, b), names) for a, b in pairwise(cuts)]
+    held = [(), *(ranking[0].abstraction.carried for ranking in ranked), ()]
+    return [
+        _favour(ranking, after or before, settings.neighbour_bonus) if not now else ranking
+        for ranking, before, now, after in zip(ranked, held, held[1:], held[2:], strict=False)
+    ]
+
+
+def _favour(ranking: tuple[Candidate, ...], objects: Sequence[str], bonus: float) -> tuple[Candidate, ...]:
+    gained = (
+        replace(c, log_likelihood=c.log_likelihood + bonus)
+        if c.abstraction.reference in objects and not c.abstraction.carried
+        else c
+        for c in ranking
+    )
+    return tuple(sorted(gained, key=lambda candidate: -candidate.log_likelihood))
+
+
+def _check_reference_left(demonstration: Demonstration) -> None:
+    positions = demonstration.objects[:, 0, :3]
+    moved = float(np.linalg.norm(np.median(positions[-5:], axis=0) - np.median(positions[:5], axis=0)))
+    if len(demonstration.object_names) == 1 and moved > 0.01:
+        raise DemonstrationError(
+            f"objects: {demonstration.object_names[0]!r} is the only one, and it moves by {moved * 100:.0f} "
+            "cm; what is carried is described relative to another object. Give a second object, for example "
+            "what it is put on."
+        )
