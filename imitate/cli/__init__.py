@@ -10,6 +10,7 @@ import typer
 
 from imitate.cli import console
 from imitate.cli.demonstrate import demonstrate
+from imitate.cli.segment import segment
 
 app = typer.Typer(
     name="imitate",
@@ -19,7 +20,10 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-VERBS: tuple[Callable[..., None], ...] = (demonstrate,)
+VERBS: tuple[Callable[..., None], ...] = (
+    demonstrate,
+    segment,
+)
 """Functions, one per verb, in the order in which --help lists them. Their modules import typer alone."""
 
 for _verb in VERBS:

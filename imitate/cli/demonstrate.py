@@ -29,13 +29,14 @@ def demonstrate(
     """Film a task, performed by the virtual human hand, in front of the virtual RGB-D camera."""
     from imitate.errors import UnknownNameError
     from imitate.formats.demonstrations import read_demonstration
+    from imitate.formats.output import refuse_existing
     from imitate.formats.recordings import write_recording
     from imitate.settings import load_settings
 
     if task not in TASKS:
         raise UnknownNameError("task", task, TASKS)
     width, height = _pixels(size)
-    console.check_free(output, force)
+    refuse_existing(output, force)
     hand = load_settings(settings).perception
     shown = read_demonstration(demonstration or _fixture(TASKS[task]))
 

@@ -1,0 +1,72 @@
+"""imitate segment: skills and abstractions of a demonstration, as a table or as JSON."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from imitate.cli import console
+
+if TYPE_CHECKING:
+    from imitate.skill import Segment
+
+
+def segment(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A demonstration: .npz or .mcap.")],
+    mode: Annotated[
+        str | None,
+        typer.Option("--mode", metavar="robust|faithful", help="The score: robust (default) or the paper's."),
+    ] = None,
+    settings_file: console.SettingsFile = None,
+    as_json: console.Json = False,
+) -> None:
+    """Cut a demonstration into skills and say, for each, which objects matter."""
+    from imitate.formats.demonstrations import read_demonstration
+    from imitate.segmentation import segment as cut
+    from imitate.settings import load_settings
+
+    settings = load_settings(settings_file, {"mode": mode} if mode else None).segmentation
+    segments = cut(read_demonstration(file), settings)
+    if as_json:
+        console.write_json({"mode": settings.mode, "segments": [_plain(s) for s in segments]})
+    else:
+        _show(segments)
+
+
+def _plain(s: Segment) -> dict[str, Any]:
+    return {
+        "start": s.start,
+        "end": s.end,
+        "relevant": list(s.abstraction.relevant),
+        "reference": s.abstraction.reference,
+        "alternatives": [
+            {
+                "relevant": list(c.abstraction.relevant),
+                "reference": c.abstraction.reference,
+                "log_likelihood": c.log_likelihood,
+            }
+            for c in s.alternatives
+        ],
+    }
+
+
+def _show(segments: tuple[Segment, ...]) -> None:
+    from rich.table import Table
+
+    table = Table("skill", "from", "to", "relevant", "reference", "next best", "nats behind", box=None)
+    for column in (table.columns[1], table.columns[2], table.columns[6]):
+        column.justify = "right"
+    for number, s in enumerate(segments, start=1):
+        runner_up = next((c for c in s.alternatives if c.abstraction != s.abstraction), None)
+        table.add_row(
+            str(number),
+            f"{s.start:.2f} s",
+            f"{s.end:.2f} s",
+            ", ".join(s.abstraction.relevant),
+            s.abstraction.reference,
+            str(runner_up.abstraction) if runner_up else "",
+            f"{s.alternatives[0].log_likelihood - runner_up.log_likelihood:.1f}" if runner_up else "",
+        )
+    console.tables().print(table)
