@@ -121,6 +121,8 @@ class Learning(_Section):
     """N, standard deviation."""
     least_noise: float = Field(default=0.1, ge=0, le=1)
     """the factor max(least_noise, (U − i − 1)/U) scales the noise at update i."""
+    terminal_first: bool = True
+    """until a trial succeeds only the terminal cost counts, and the noise does not narrow."""
     converged_below: float = Field(default=3.0, ge=0)
     """two consecutive costs of the mean policy closer than this: converged (authors' code)."""
     candidates: int = Field(default=2, ge=0)
@@ -213,6 +215,7 @@ _FAITHFUL: dict[str, dict[str, Any]] = {
         "imitation_first": False,
         "exploration": "per-kernel",
         "candidates": 0,
+        "terminal_first": False,
         "judge": "cost",
         "charge_closed_end": False,
     },

@@ -21,7 +21,7 @@ from imitate.policy.dmp import response
 from imitate.policy.pi2 import constant_update, noise_factor, per_kernel_update
 from imitate.record import Start
 from imitate.settings import Settings
-from imitate.skill import Policy
+from imitate.skill import CostTerms, Policy
 from imitate.world.trial import Outcome
 
 
@@ -94,6 +94,15 @@ class Improvement:
         return (yield from self._last_word())
 
     @property
+    def _succeeded(self) -> bool:
+        return any(tried.event.success for tried in self.tried)
+
+    def _value(self, tried: _Tried) -> float:
+        # Holding still costs no switches: until a trial succeeds, they would teach it to do nothing.
+        terminal_alone = self.settings.learning.terminal_first and not self._succeeded
+        return tried.event.cost.terminal if terminal_alone else tried.cost
+
+    @property
     def _id(self) -> tuple[int, int]:
         f = self.problem.formulation
         return f.segment, f.index
@@ -121,7 +130,8 @@ class Improvement:
 
     def _sample(self, rng: np.random.Generator) -> Policy:
         s, mean = self.settings.learning, self.mean
-        factor = noise_factor(self.update, s.updates, s.least_noise)
+        narrowing = self._succeeded or not s.terminal_first
+        factor = noise_factor(self.update, s.updates, s.least_noise) if narrowing else 1.0
         spread = s.pose_noise * np.abs(mean.pose_weights).mean(axis=0)
         pose = factor * spread * rng.standard_normal(mean.pose_weights.shape)
         gripper = factor * s.gripper_noise * rng.standard_normal(mean.gripper_weights.shape)
@@ -144,15 +154,15 @@ class Improvement:
 
     def _event(self, outcome: Outcome, purpose: Purpose, policies: tuple[Policy, ...]) -> TrialFinished:
         s = self.settings.learning
-        cost = cost_of(self.problem, outcome.record, bool(outcome.unreachable), s)
-        failure = (
-            outcome.unreachable
-            if purpose == "prepare"
-            else failure_of(self.problem, outcome.record, outcome.unreachable, cost, s)
-        )
+        record, unreachable = outcome.record, outcome.unreachable
+        if purpose == "prepare":
+            cost, failure = CostTerms(0.0, 0.0, 0.0), unreachable
+        else:
+            cost = cost_of(self.problem, record, bool(unreachable), s)
+            failure = failure_of(self.problem, record, unreachable, cost, s)
         trial, self.count = self.count, self.count + 1
         return TrialFinished(
-            *self._id, trial, purpose, self.update, policies, cost, not failure, failure, outcome.record
+            *self._id, trial, purpose, self.update, policies, cost, not failure, failure, record
         )
 
     def _judge_best(self) -> Generator[Event, None, Learned | None]:
@@ -193,15 +203,16 @@ class Improvement:
         return events
 
     def _converged(self, means: list[float]) -> bool:
-        # In the robust mode a policy that succeeds, if not often enough, is worth going on with.
+        # A grasp happens or does not: until one does, costs that stay equal say nothing of the gripper. And a
+        # policy that succeeds, if not often enough, is worth going on with.
         s = self.settings.learning
-        hopeful = s.candidates and any(t.event.success for t in self.tried)
+        hopeful = s.candidates and (self._succeeded or len(self.mean.gripper_weights) > 0)
         return not hopeful and len(means) > 1 and abs(means[-1] - means[-2]) < s.converged_below
 
     def _improve(self) -> PolicyUpdated:
         s = self.settings.learning
         size = s.rollouts if self.update else s.first_rollouts
-        earlier = sorted(self.tried[:-size], key=lambda t: t.cost)[: s.reused]
+        earlier = sorted(self.tried[:-size], key=self._value)[: s.reused]
         used = earlier + self.tried[-size:]
         pose = np.array([t.policy.pose_weights - self.mean.pose_weights for t in used])
         gripper = np.array([t.policy.gripper_weights - self.mean.gripper_weights for t in used])
@@ -212,7 +223,7 @@ class Improvement:
             change = self._per_kernel(pose, to_go, self.settings.policy.phase_decay)
             squeeze = self._per_kernel(gripper[..., None], to_go, self.settings.policy.gripper_decay)[:, 0]
         else:
-            costs = np.array([t.cost for t in used])
+            costs = np.array([self._value(t) for t in used])
             change = constant_update(pose, costs, s.eliteness)
             squeeze = constant_update(gripper, costs, s.eliteness)
         self.mean = replace(
@@ -248,7 +259,7 @@ class Improvement:
             return (yield from self._judge(mean))
         best = min(
             range(len(self.tried)),
-            key=lambda k: (-self.fits[k].rate if k in self.fits else 0.0, self.tried[k].cost),
+            key=lambda k: (-self.fits[k].rate if k in self.fits else 0.0, self._value(self.tried[k])),
         )
         return (yield from self._judge(self.tried[best]))
 

@@ -72,18 +72,16 @@ def formulate(
     )
 
 
-def body_in_reference(problem: Problem, record: TrialRecord, body: str, step: int = -1) -> Array:
-    """Pose (7,) of a body in the reference's frame at a step of a trial."""
-    return relative(
-        _pose(problem, record, problem.formulation.abstraction.reference, step),
-        _pose(problem, record, body, step),
-    )
-
-
-def _pose(problem: Problem, record: TrialRecord, body: str, step: int) -> Array:
+def _trajectory(problem: Problem, record: TrialRecord, body: str) -> Array:
     if body == HAND:
-        return np.asarray(record.hand_poses[step])
-    return np.asarray(record.object_poses[step, problem.object_names.index(body)])
+        return record.hand_poses
+    return np.asarray(record.object_poses[:, problem.object_names.index(body)])
+
+
+def _ends(problem: Problem, record: TrialRecord, body: str) -> Array:
+    # Pose of a body in the reference's frame at a trial's end.
+    reference = problem.formulation.abstraction.reference
+    return relative(_trajectory(problem, record, reference)[-1], _trajectory(problem, record, body)[-1])
 
 
 def cost_of(problem: Problem, record: TrialRecord, unreachable: bool, settings: Learning) -> CostTerms:
@@ -96,7 +94,7 @@ def cost_of(problem: Problem, record: TrialRecord, unreachable: bool, settings: 
 def _terminal(problem: Problem, record: TrialRecord, settings: Learning) -> float:
     total = 0.0
     for body, shown in problem.shown.items():
-        pose = body_in_reference(problem, record, body)
+        pose = _ends(problem, record, body)
         pose = align_signs(pose[None], to=shown)[0]
         off = np.abs(pose - shown)
         total += settings.position_cost * off[:3].sum() + settings.turn_cost * off[3:].sum()
@@ -137,7 +135,7 @@ def failure_of(
 
 
 def _misses(problem: Problem, record: TrialRecord, body: str, shown: Array, settings: Learning) -> str:
-    pose = body_in_reference(problem, record, body)
+    pose = _ends(problem, record, body)
     reference = problem.formulation.abstraction.reference
     off = float(np.linalg.norm(pose[:3] - shown[:3]))
     angle = float(np.rad2deg(angle_between(pose, shown)))
@@ -145,15 +143,15 @@ def _misses(problem: Problem, record: TrialRecord, body: str, shown: Array, sett
         return (
             f"{body} ends {off * 1e3:.0f} mm and {angle:.0f}° from where it was shown relative to {reference}"
         )
-    if not at_rest(problem, record, body, settings):
+    if not resting(_trajectory(problem, record, body), record.time_step, settings):
         return f"{body} is still moving"
     return ""
 
 
-def at_rest(problem: Problem, record: TrialRecord, body: str, settings: Learning) -> bool:
-    """Whether a body moved by less than a tenth of the tolerance over the last `rest_time`."""
-    back = min(record.steps, max(1, round(settings.rest_time / record.time_step)))
-    before, now = _pose(problem, record, body, -back), _pose(problem, record, body, -1)
+def resting(poses: Array, time_step: float, settings: Learning) -> bool:
+    """Whether a body's trajectory (N, 7) moved by less than a tenth of the tolerance in its last moments."""
+    back = min(len(poses), max(1, round(settings.rest_time / time_step)))
+    before, now = poses[-back], poses[-1]
     moved = float(np.linalg.norm(now[:3] - before[:3]))
     turned = float(np.rad2deg(angle_between(before, now)))
     return moved < settings.near / 10 and turned < settings.near_angle / 10

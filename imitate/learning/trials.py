@@ -76,8 +76,8 @@ class Trials:
                 deaths += 1
                 if deaths > _DEATHS_FORGIVEN:
                     raise ImitateError(
-                        f"the processes that run trials died {deaths} times ({error}); out of memory, or killed? "
-                        "Try again with --workers 1."
+                        f"the processes that run trials died {deaths} times ({error}); out of memory, or "
+                        "killed? Try again with --workers 1."
                     ) from error
                 self._executor.shutdown(wait=False, cancel_futures=True)
                 self._executor = self._factory()
@@ -96,10 +96,7 @@ def _simulator(scene: bytes) -> Simulator:
 def perturbed_starts(
     spec: SceneSpec, count: int, seed: np.random.SeedSequence, settings: Settings
 ) -> list[Start]:
-    """Starts with each object moved along x and y and turned about z, none inside another.
-
-    An object that stands on another at the start is moved with it.
-    """
+    """Starts with each object moved along x and y and turned about z, none inside another."""
     return [
         _perturbed(spec, np.random.default_rng(child), settings.learning.shift, settings.learning.turn)
         for child in seed.spawn(count)
@@ -117,13 +114,13 @@ def _perturbed(spec: SceneSpec, rng: np.random.Generator, shift: float, turn: fl
         if _apart(spec, poses):
             return Start(joints=spec.home, objects=poses)
     raise ImitateError(
-        f"no start with every object moved by up to {shift * 100:g} cm keeps the objects apart; they stand too "
-        "close. Make learning.shift smaller."
+        f"no start with every object moved by up to {shift * 100:g} cm keeps the objects apart; they "
+        "stand too close. Make learning.shift smaller."
     )
 
 
 def _apart(spec: SceneSpec, poses: Array) -> bool:
-    # Pairs that overlapped in height and plan as shown stand on or in one another; the others must not come to.
+    # No pair may come nearer than it was shown, unless it stays clear of each other's corners.
     radius = np.linalg.norm(spec.object_sizes[:, :2], axis=1) / 2
     need = radius[:, None] + radius[None, :]
 

@@ -1,0 +1,137 @@
+"""The search over formulations (the paper's Algorithm 1), over all segments in order.
+
+For the segment at hand: its best abstraction without the gripper, then with it, then the next abstraction
+without, with …; when none is left, the search goes back to the segment before and takes that one's next.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from imitate.demonstration import Demonstration
+from imitate.events import Event, FormulationStarted, OptionLearned, Reformulated
+from imitate.learning.improve import Improvement, Learned
+from imitate.learning.option import Option
+from imitate.learning.problem import Problem, formulate
+from imitate.learning.trials import Trials
+from imitate.record import Start
+from imitate.skill import Abstraction, Action, Formulation, Policy, Segment
+
+_Statement = tuple[Abstraction, tuple[Action, ...]]
+
+
+@dataclass(frozen=True)
+class Search:
+    """What the search came to: the options, and why it was given up if they are not one for each segment."""
+
+    options: tuple[Option, ...]
+    given_up: str = ""
+
+
+@dataclass
+class _Attempts:
+    # What is still to be tried for a segment, and what came of what was.
+    left: list[_Statement]
+    tried: list[tuple[Problem, Learned]] = field(default_factory=list)
+
+
+def statements(segment: Segment, model_threshold: float) -> list[_Statement]:
+    """Formulations of a segment in the order of Algorithm 1: M, ranked, each without and with the gripper.
+
+    The abstraction chosen comes first; the others are those less likely by at most ``model_threshold`` (log).
+    """
+    ranked = [segment.abstraction]
+    if segment.alternatives:
+        best = max(candidate.log_likelihood for candidate in segment.alternatives)
+        ranked += [
+            candidate.abstraction
+            for candidate in segment.alternatives
+            if best - candidate.log_likelihood <= model_threshold
+            and candidate.abstraction != segment.abstraction
+        ]
+    actions: tuple[tuple[Action, ...], ...] = (("pose",), ("pose", "gripper"))
+    return [(abstraction, action) for abstraction in ranked for action in actions]
+
+
+def learn_options(
+    demonstration: Demonstration, segments: tuple[Segment, ...], trials: Trials, shown: Start, seed: int
+) -> Generator[Event, None, Search]:
+    """Learns an option for each segment; yields every event on the way."""
+    entropy = np.random.SeedSequence(seed)
+    settings = trials.settings
+    threshold = settings.learning.model_threshold
+    attempts = [_Attempts(statements(segment, threshold)) for segment in segments]
+    counts = [0] * len(segments)
+    options: list[Option] = []
+    reason = "as the demonstration was segmented"
+    for _ in range(settings.learning.formulations):
+        i = len(options)
+        abstraction, actions = attempts[i].left.pop(0)
+        formulation = Formulation(i, counts[i], abstraction, actions, reason)
+        counts[i] += 1
+        yield FormulationStarted(formulation)
+        problem = formulate(demonstration, segments, formulation, settings)
+        mean = _first_mean(problem, attempts[i])
+        prefix = tuple(option.policy for option in options)
+        learned = yield from Improvement(problem, prefix, mean, trials, entropy).run(shown)
+        attempts[i].tried.append((problem, learned))
+        if learned.accepted:
+            yield OptionLearned(i, formulation.index, learned.policy)
+            options.append(Option(problem, learned.policy))
+            if len(options) == len(segments):
+                return Search(tuple(options))
+            reason = "the skills before it are learned"
+            continue
+        reason = _next_reason(formulation, learned, attempts, segments)
+        yield Reformulated(i, formulation.index, reason)
+        while not attempts[len(options)].left:
+            if not options:
+                return Search((), _summary(segments, i, attempts[i], "every formulation was tried"))
+            attempts[len(options)].left = statements(segments[len(options)], threshold)
+            options.pop()
+    limit = f"the limit of {settings.learning.formulations} formulations is reached"
+    i = len(options)
+    return Search(tuple(options), _summary(segments, i, attempts[i], limit))
+
+
+def _first_mean(problem: Problem, attempts: _Attempts) -> Policy:
+    # Pose weights start from the policy just learned for the same abstraction, gripper weights from 0.
+    for before, learned in reversed(attempts.tried):
+        if before.formulation.abstraction == problem.formulation.abstraction:
+            none = np.zeros((0, 7))
+            weights = learned.policy.pose_weights
+            return replace(problem.imitated, pose_weights=weights, pose_noise=none)
+    return problem.imitated
+
+
+def _next_reason(
+    failed: Formulation, learned: Learned, attempts: list[_Attempts], segments: tuple[Segment, ...]
+) -> str:
+    # What failed and what is changed, for the operator.
+    rate = f"{learned.success.successes} of {learned.success.trials} starts succeeded"
+    what = f"{rate}: {learned.why}" if learned.why else rate
+    left = attempts[failed.segment].left
+    if left and left[0][0] == failed.abstraction:
+        carried = " and ".join(failed.abstraction.carried)
+        seen = f"{carried} did not follow the hand" if carried else "the hand's path alone does not do it"
+        return f"{seen} ({what}): adding the gripper's force to the actions"
+    if left:
+        return f"{what}; trying the next abstraction, {left[0][0]}"
+    if failed.segment:
+        before = segments[failed.segment - 1].abstraction
+        return f"{what}; no formulation is left, going back to skill {failed.segment}, {before}"
+    return f"{what}; no formulation is left"
+
+
+def _summary(segments: tuple[Segment, ...], i: int, attempts: _Attempts, why: str) -> str:
+    lines = []
+    for problem, learned in attempts.tried:
+        f, s = problem.formulation, learned.success
+        tail = f" ({learned.why})" if learned.why else ""
+        lines.append(f"{f.abstraction} with {' + '.join(f.actions)}: {s.successes} of {s.trials}{tail}")
+    return (
+        f"skill {i + 1}, {segments[i].abstraction}, is not learned: {why}. Tried: " + "; ".join(lines) + "."
+    )
