@@ -297,5 +297,6 @@ def _readable(error: ValidationError, where: str) -> UsageError:
         model: type[BaseModel] = Settings
         for part in path[:-1]:
             model = type(model.model_fields[part].default)
-        return UnknownNameError(f"setting in {where}:", ".".join(path), model.model_fields)
+        section = f" [{'.'.join(path[:-1])}]" if path[1:] else ""
+        return UnknownNameError(f"setting in {where}{section}:", path[-1], model.model_fields)
     return UsageError(f"{where}: {'.'.join(path)} = {first['input']!r}: {first['msg'].lower()}.")

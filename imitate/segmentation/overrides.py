@@ -48,8 +48,8 @@ def _applied(
     k, kind = decision.segment, decision.kind
     needed = k + 1 if kind in ("move", "merge") else k
     if k < 0 or needed >= len(segments):
-        what = f"segments {k} and {k + 1}" if needed > k else f"segment {k}"
-        raise UsageError(f"there is no {what}; segments are numbered 0 to {len(segments) - 1}.")
+        what = f"are no segments {k} and {k + 1}" if needed > k else f"is no segment {k}"
+        raise UsageError(f"there {what}; segments are numbered 0 to {len(segments) - 1}.")
     first, last = segments[k], segments[needed]
     if kind == "relabel":
         changed = [_relabelled(first, decision.abstraction, demonstration)]

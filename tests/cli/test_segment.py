@@ -1,0 +1,129 @@
+"""imitate segment: JSON, table, and one clear message for each kind of bad input."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from imitate import cli
+
+FIXTURE = Path(__file__).parents[2] / "fixtures" / "human_stack.npz"
+
+
+@pytest.fixture
+def imitate(capsys):
+    def run(*words: object) -> tuple[int, str, str]:
+        with pytest.raises(SystemExit) as end:
+            cli.main([str(word) for word in words])
+        captured = capsys.readouterr()
+        return end.value.code, captured.out, captured.err
+
+    return run
+
+
+@pytest.fixture
+def arrays() -> dict[str, np.ndarray]:
+    with np.load(FIXTURE) as archive:
+        return {name: archive[name] for name in archive.files}
+
+
+@pytest.mark.parametrize("mode", ["robust", "faithful"])
+def test_json_keeps_its_contract(imitate, mode):
+    code, out, err = imitate("segment", FIXTURE, "--mode", mode, "--json")
+    assert (code, err) == (0, "")
+    result = json.loads(out)
+    assert set(result) == {"mode", "segments"}
+    assert result["mode"] == mode
+    for s in result["segments"]:
+        assert set(s) == {"start", "end", "relevant", "reference", "alternatives"}
+        assert s["relevant"][0] == "hand"
+        for alternative in s["alternatives"]:
+            assert set(alternative) == {"relevant", "reference", "log_likelihood"}
+    if mode == "robust":
+        assert [(s["relevant"], s["reference"]) for s in result["segments"]] == [
+            (["hand"], "cubeA"),
+            (["hand", "cubeA"], "cubeB"),
+        ]
+
+
+def test_the_table_names_skills_and_runners_up(imitate):
+    code, out, _ = imitate("segment", FIXTURE)
+    assert code == 0
+    assert "hand, cubeA" in out
+    assert "⟨{hand}, cubeB⟩" in out
+
+
+def test_the_settings_file_chooses_the_mode(imitate, tmp_path):
+    file = tmp_path / "paper.toml"
+    file.write_text('mode = "faithful"\n')
+    code, out, _ = imitate("segment", FIXTURE, "--settings", file, "--json")
+    assert code == 0
+    assert json.loads(out)["mode"] == "faithful"
+
+
+def without_hand(arrays):
+    return {name: values for name, values in arrays.items() if name != "hand"}
+
+
+def nan_in_a_pose(arrays):
+    arrays["objects"][7, 1, 2] = np.nan
+    return arrays
+
+
+def long_quaternion(arrays):
+    arrays["hand"][3, 3:] *= 1.5
+    return arrays
+
+
+def backwards(arrays):
+    arrays["t"][10] = arrays["t"][8]
+    return arrays
+
+
+@pytest.mark.parametrize(
+    ("spoil", "messages"),
+    [
+        (without_hand, ["has no array 'hand'", "t (1252,)"]),
+        (nan_in_a_pose, ["objects[:, 1] (cubeB)", "NaN or infinite at frame 7", "1 frames in all"]),
+        (long_quaternion, ["hand: quaternion of length 1.5 at frame 3", "expected unit quaternions"]),
+        (backwards, ["t: goes from", "at frame 10", "strictly increasing"]),
+    ],
+)
+def test_bad_arrays_are_named(imitate, arrays, tmp_path, spoil, messages):
+    file = tmp_path / "bad.npz"
+    np.savez(file, **spoil(arrays))
+    code, out, err = imitate("segment", file)
+    assert (code, out) == (1, "")
+    assert err.startswith(f"error: {file}")
+    assert err.count("\n") == 1
+    for message in messages:
+        assert message in err
+
+
+def test_bad_files_and_words(imitate, tmp_path):
+    text = tmp_path / "notes.mcap"
+    text.write_text("Dear diary, today I stacked a block.\n")
+    typo = tmp_path / "typo.toml"
+    typo.write_text("[segmentation]\nwindw = 3\n")
+    far = tmp_path / "far.toml"
+    far.write_text("[segmentation]\nrate = -1\n")
+    for words, expected, message in [
+        (["segment", tmp_path / "none.npz"], 1, "no such file"),
+        (["segment", text], 1, "not an MCAP file"),
+        (["segment", FIXTURE, "--settings", typo], 2, "Did you mean 'window'?"),
+        (["segment", FIXTURE, "--settings", far], 2, "segmentation.rate = -1"),
+        (["segment", FIXTURE, "--settings", tmp_path / "none.toml"], 1, "no such settings file"),
+        (["segment", FIXTURE, "--mode", "fast"], 2, "'robust' or 'faithful'"),
+        (["segment"], 2, "Missing argument"),
+    ]:
+        code, out, err = imitate(*words)
+        assert (code, out) == (expected, ""), err
+        assert message in err
+        assert "Traceback" not in err
+
+
+def test_nothing_is_written(imitate, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    imitate("segment", FIXTURE)
+    assert list(tmp_path.iterdir()) == []
