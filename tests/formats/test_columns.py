@@ -1,0 +1,86 @@
+"""Packed columns give back every bit, whatever the numbers."""
+
+import numpy as np
+import pytest
+import zstandard
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from recorded import STEP, record
+
+from imitate.formats.columns import Packed, pack, pack_integral, pack_rotations, unpack
+from imitate.formats.steps import pack_record, unpack_record
+
+ANY = st.integers(0, 2**64 - 1)  # as bits: NaNs with payloads, −0, subnormals and infinities too
+SHAPES = st.tuples(st.integers(0, 12), st.integers(0, 3))
+
+
+def doubles(shape: tuple[int, ...]) -> st.SearchStrategy[np.ndarray]:
+    return arrays(np.uint64, shape, elements=ANY).map(lambda bits: bits.view(np.float64))
+
+
+def assert_same_bits(a: np.ndarray, b: np.ndarray) -> None:
+    assert a.shape == b.shape
+    assert a.tobytes() == b.tobytes()
+
+
+@given(values=SHAPES.flatmap(doubles), order=st.integers(0, 4))
+def test_differences_keep_every_bit(values: np.ndarray, order: int) -> None:
+    assert_same_bits(unpack(pack(values, order)), values)
+
+
+@given(data=st.data(), shape=SHAPES)
+def test_integrals_keep_every_bit(data: st.DataObject, shape: tuple[int, ...]) -> None:
+    values, rates = data.draw(doubles(shape)), data.draw(doubles(shape))
+    assert_same_bits(unpack(pack_integral(values, rates, STEP, 2), rates), values)
+
+
+@given(data=st.data(), steps=st.integers(0, 6), bodies=st.integers(0, 3))
+def test_rotations_keep_every_bit(data: st.DataObject, steps: int, bodies: int) -> None:
+    values, rates = data.draw(doubles((steps, bodies, 4))), data.draw(doubles((steps, bodies, 3)))
+    assert_same_bits(unpack(pack_rotations(values, rates, STEP, 3), rates), values)
+
+
+@given(seed=st.integers(0, 2**16), surprises=st.integers(0, 12), steps=st.integers(1, 60))
+def test_an_integral_with_surprises(seed: int, surprises: int, steps: int) -> None:
+    rng = np.random.default_rng(seed)
+    rates = rng.normal(size=(steps, 3))
+    values = np.add.accumulate(rates * STEP)
+    for at in rng.integers(0, values.size, surprises):
+        values.ravel()[at] = rng.normal()
+    assert_same_bits(unpack(pack_integral(values, rates, STEP, 2), rates), values)
+
+
+@pytest.mark.parametrize("objects", [0, 1, 3])
+@pytest.mark.parametrize("steps", [1, 2, 50])
+def test_a_record_comes_back(steps: int, objects: int) -> None:
+    written = record(steps, seed=steps, objects=objects)
+    read = unpack_record(pack_record(written, (1, 2, 3)))
+    for field in ("commands", *written.STATE_FIELDS):
+        assert_same_bits(getattr(read, field), getattr(written, field))
+    assert read.option_starts == written.option_starts
+    assert read.time_step == written.time_step
+
+
+def test_what_follows_from_velocities_costs_next_to_nothing() -> None:
+    steps = 1000
+    packed = pack_record(record(steps), (0, 0, 0))
+    assert packed.joint_positions.expected == "integral"
+    assert packed.object_positions.expected == "integral"
+    for columns in (packed.joint_positions, packed.object_positions):
+        assert len(zstandard.compress(columns.planes)) < 0.5 * steps
+    raw = zstandard.compress(record(steps).object_poses[..., 3:].tobytes())
+    assert len(zstandard.compress(packed.object_rotations.planes)) < len(raw) / 2
+
+
+def test_a_column_that_never_changes_costs_nothing() -> None:
+    values = np.tile(np.random.default_rng(0).normal(size=20), (2000, 1))
+    assert len(zstandard.compress(pack(values, 1).planes)) < 600
+
+
+def test_bytes_of_the_wrong_length_are_refused() -> None:
+    packed = pack(np.ones((4, 2)), 1)
+    with pytest.raises(ValueError, match="63 bytes for 4 × 2 numbers"):
+        unpack(Packed(packed.shape, packed.expected, 0.0, packed.planes[:-1]))
+    with pytest.raises(ValueError, match="unknown kind 'fourier'"):
+        unpack(Packed(packed.shape, "fourier", 0.0, packed.planes))

@@ -1,0 +1,201 @@
+"""The session's log: events come back as they went in, whatever happens to the process or the file."""
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import recorded
+import scripted
+from recorded import same
+
+from imitate import events
+from imitate.errors import FileError
+from imitate.events import Event, TrialFinished
+from imitate.formats import session_log
+from imitate.formats.kind import kind_of
+from imitate.formats.mcap_file import McapReader, contents
+from imitate.formats.session_log import SessionReader, SessionWriter, is_complete, read_session, summarise
+from imitate.skill import Decision
+
+
+def written(path: Path, story: list[Event]) -> Path:
+    with SessionWriter(path) as log:
+        for event in story:
+            log.write(event)
+    return path
+
+
+@pytest.fixture(scope="module")
+def story() -> list[Event]:
+    events_ = list(recorded.session())
+    decision = events.Decided(Decision("relabel", 1, 0.5, scripted.REACH), scripted.segments())
+    return [*events_[:2], decision, *events_[2:]]
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory: pytest.TempPathFactory, story: list[Event]) -> Path:
+    return written(tmp_path_factory.mktemp("log") / "stack.mcap", story)
+
+
+def test_every_event_comes_back_bit_for_bit(session: Path, story: list[Event]) -> None:
+    read = list(read_session(session))
+    assert len(read) == len(story)
+    for before, after in zip(story, read, strict=True):
+        assert same(before, after), type(before).__name__
+
+
+def test_records_may_be_left_out(session: Path, story: list[Event]) -> None:
+    for before, after in zip(story, read_session(session, steps=False), strict=True):
+        if isinstance(before, TrialFinished):
+            before = replace(before, record=None)
+        assert same(before, after)
+
+
+def test_odd_numbers_survive(tmp_path: Path) -> None:
+    terms = replace(scripted.trial(0, 0, 0, "explore", 0, 1.0, "").cost, terminal=-0.0, acceleration=np.nan)
+    nan = np.frombuffer(np.uint64(0x7FF8_0000_0000_1234).tobytes(), np.float64)
+    policy = replace(scripted.POLICY, gripper_weights=np.array([-0.0, np.inf, nan[0], 5e-324]))
+    trial = replace(scripted.trial(0, 0, 0, "explore", 0, 1.0, "π < 0"), cost=terms, policies=(policy,))
+    read = list(read_session(written(tmp_path / "s.mcap", [scripted.started(), trial])))[1]
+    assert isinstance(read, TrialFinished)
+    assert same(read.policies, trial.policies)
+    assert str(read.cost) == str(terms)
+    assert np.signbit(read.cost.terminal)
+
+
+def test_the_same_session_gives_the_same_bytes(tmp_path: Path, session: Path, story: list[Event]) -> None:
+    assert written(tmp_path / "again.mcap", story).read_bytes() == session.read_bytes()
+
+
+def test_one_clock_of_simulated_time(session: Path) -> None:
+    times = [message.time for message in McapReader(session).messages()]
+    assert times[0] == 0
+    steps = sum(e.record.steps for e in read_session(session) if isinstance(e, TrialFinished) and e.record)
+    assert times[-1] == pytest.approx((12 + steps / 240) * 1e9, abs=1000)
+    own = [m.time for m in McapReader(session).messages() if m.topic.startswith("/imitate/")]
+    assert own == sorted(own)
+    assert times == sorted(times)
+
+
+def test_a_session_is_never_overwritten_unasked(session: Path) -> None:
+    before = session.read_bytes()
+    with pytest.raises(FileError, match=r"stack.mcap: exists already\. .*--force"):
+        SessionWriter(session)
+    assert session.read_bytes() == before
+
+
+def test_force_starts_anew(tmp_path: Path) -> None:
+    path = tmp_path / "s.mcap"
+    path.write_text("something else")
+    with SessionWriter(path, force=True) as log:
+        log.write(scripted.started())
+    assert [type(event).__name__ for event in read_session(path)] == ["SessionStarted"]
+
+
+def test_a_session_begins_with_its_start(tmp_path: Path) -> None:
+    with SessionWriter(tmp_path / "s.mcap") as log, pytest.raises(ValueError, match="first event"):
+        log.write(scripted.trial(0, 0, 0, "explore", 0, 1.0, ""))
+
+
+def test_summary(session: Path, tmp_path: Path) -> None:
+    summary = summarise(session)
+    assert summary.complete
+    assert is_complete(session)
+    assert summary.trials == 130
+    assert summary.events["Decided"] == 1
+    assert kind_of(session) == "session"
+    half = written(tmp_path / "half.mcap", list(recorded.session())[:20])
+    assert not is_complete(half)
+    assert kind_of(half) == "session"
+
+
+KILLED = """
+import os, sys, recorded
+from imitate.formats.session_log import SessionWriter
+log = SessionWriter(sys.argv[1])
+for count, event in enumerate(recorded.session()):
+    log.write(event)
+    if count == int(sys.argv[2]):
+        os.kill(os.getpid(), 9)
+"""
+
+
+@pytest.mark.parametrize("last", [0, 5, 40])
+def test_everything_flushed_survives_kill_9(tmp_path: Path, last: int) -> None:
+    path = tmp_path / "killed.mcap"
+    tests = str(Path(__file__).parents[1])
+    run = subprocess.run(
+        [sys.executable, "-c", f"import sys; sys.path.insert(0, {tests!r}){KILLED}", str(path), str(last)],
+        check=False,
+    )
+    assert run.returncode == -9
+    expected = list(recorded.session())[: last + 1]
+    while not isinstance(expected[-1], session_log._FLUSHED):
+        expected.pop()
+    reader = SessionReader(path)
+    read = list(reader.events())
+    assert len(read) == len(expected)
+    assert all(same(a, b) for a, b in zip(expected, read, strict=True))
+    assert reader.damage == [f"cut at byte {path.stat().st_size:,}: the end of the file is missing"]
+    assert not is_complete(path)
+    assert kind_of(path) == "session"
+
+
+def test_a_cut_file_gives_whole_trials(tmp_path: Path, session: Path, story: list[Event]) -> None:
+    whole = session.read_bytes()
+    counts = []
+    for size in np.linspace(20_000, len(whole) - 1, 12, dtype=int).tolist():
+        path = tmp_path / "cut.mcap"
+        path.write_bytes(whole[:size])
+        reader = SessionReader(path)
+        read = list(reader.events())
+        assert all(same(a, b) for a, b in zip(story, read, strict=False))
+        assert reader.damage
+        counts.append(len(read))
+    assert counts == sorted(counts)
+    assert counts[-1] == len(story)
+
+
+def test_a_damaged_chunk_is_named_and_the_rest_read(
+    tmp_path: Path, session: Path, story: list[Event]
+) -> None:
+    data = bytearray(session.read_bytes())
+    data[len(data) // 2] ^= 0x10
+    path = tmp_path / "flipped.mcap"
+    path.write_bytes(data)
+    reader = SessionReader(path)
+    assert len(story) - 5 <= len(list(reader.events())) < len(story)
+    assert len(reader.damage) >= 1
+    assert reader.damage[0].startswith("a damaged chunk that ends at byte ")
+
+
+def test_a_newer_schema_is_refused_by_name(session: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(session_log, "SCHEMA", 0)
+    message = (
+        r"stack.mcap: is a session of schema 1, written by imitate 0.1.0; imitate .* reads up to schema 0\."
+    )
+    with pytest.raises(FileError, match=message):
+        next(read_session(session))
+    with pytest.raises(FileError, match=message):
+        summarise(session)
+
+
+def test_a_demonstration_is_no_session(tmp_path: Path) -> None:
+    from imitate.formats.demonstrations import write_demonstration
+
+    write_demonstration(scripted.demonstration(), tmp_path / "demo.mcap")
+    with pytest.raises(FileError, match=r"demo.mcap: is not a session of imitate\. `imitate info` says"):
+        list(read_session(tmp_path / "demo.mcap"))
+
+
+def test_peoples_tools_find_their_topics(session: Path, story: list[Event]) -> None:
+    topics = contents(session).topics
+    trials = [event for event in story if isinstance(event, TrialFinished)]
+    assert topics["/costs"] == ("std_msgs/msg/Float64MultiArray", len(trials))
+    assert topics["/tf"][0] == "foxglove.FrameTransforms"
+    assert topics["/tf"][1] == sum(-(-t.record.steps // 8) for t in trials if t.record)
+    assert topics["/demonstration/hand"] == ("foxglove.PoseInFrame", 361)
+    assert topics["/demonstration/objects/blue"] == ("foxglove.PoseInFrame", 361)
