@@ -1,0 +1,87 @@
+"""What makes a demonstration valid, and what is said when it is not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from imitate.demonstration import Demonstration, in_table_frame, table_height
+from imitate.errors import DemonstrationError
+from imitate.geometry import from_yaw
+
+
+@pytest.fixture
+def demonstration() -> Demonstration:
+    t = np.array([3.0, 3.1, 3.25])
+    hand = from_yaw(np.zeros((3, 3)), np.zeros(3))
+    objects = from_yaw(np.full((3, 2, 3), 0.525), np.zeros((3, 2)))
+    return Demonstration(t, hand, objects, ("blue", "green"), np.array([[0.05] * 3, [np.nan] * 3]))
+
+
+def spoiled(values: np.ndarray, index: tuple, value: float) -> np.ndarray:
+    changed = values.copy()
+    changed[index] = value
+    return changed
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda d: {"t": d.t[:1]}, r"t: shape \(1,\); expected \(T,\) with at least 2 frames"),
+        (
+            lambda d: {"t": d.t[[0, 2, 1]]},
+            r"goes from 3.25 s to 3.1 s at frame 2; expected strictly increasing",
+        ),
+        (lambda d: {"t": d.t[[0, 0, 1]]}, r"goes from 3 s to 3 s at frame 1"),
+        (lambda d: {"t": spoiled(d.t, (1,), np.nan)}, "t: not a number at frame 1"),
+        (
+            lambda d: {"hand": d.hand[:2]},
+            r"hand: shape \(2, 7\); expected \(3, 7\) for 3 frames and 2 objects",
+        ),
+        (lambda d: {"hand": d.hand[:, :6]}, r"hand: shape \(3, 6\); expected \(3, 7\)"),
+        (
+            lambda d: {"hand": spoiled(d.hand, (2, 0), np.nan)},
+            "hand: NaN or infinite at frame 2, 1 frames in all",
+        ),
+        (lambda d: {"hand": spoiled(d.hand, (1, 6), 2.0)}, "hand: quaternion of length 2 at frame 1"),
+        (
+            lambda d: {"objects": spoiled(d.objects, (0, 1, 2), np.inf)},
+            r"objects\[:, 1\] \(green\): NaN or inf",
+        ),
+        (lambda d: {"objects": d.objects[:, :1]}, r"objects: shape \(3, 1, 7\); expected \(3, 2, 7\)"),
+        (lambda _: {"object_names": ("blue", "blue")}, "blue, blue; expected distinct names"),
+        (lambda _: {"object_names": ("blue", "hand")}, "none of them 'hand'"),
+        (lambda _: {"object_names": ()}, "object_names: empty; expected at least one object"),
+        (lambda d: {"object_sizes": d.object_sizes * -1}, "object_sizes: not positive"),
+    ],
+)
+def test_what_is_wrong_is_said(demonstration, change, message):
+    with pytest.raises(DemonstrationError, match=message):
+        replace(demonstration, **change(demonstration))
+
+
+def test_poses_by_name(demonstration):
+    assert demonstration.pose_of("hand") is demonstration.hand
+    np.testing.assert_array_equal(demonstration.pose_of("green"), demonstration.objects[:, 1])
+    np.testing.assert_array_equal(demonstration.size_of("blue"), [0.05] * 3)
+    assert demonstration.duration == pytest.approx(0.25)
+
+
+def test_the_table_is_where_the_lowest_object_of_known_size_stands(demonstration):
+    assert table_height(demonstration) == pytest.approx(0.5)
+    on_table = in_table_frame(demonstration)
+    assert table_height(on_table) == pytest.approx(0)
+    assert on_table.t[0] == 0
+    np.testing.assert_allclose(on_table.hand[:, 2], -0.5)
+
+
+def test_without_any_size_there_is_no_table(demonstration):
+    unknown = replace(demonstration, object_sizes=np.full((2, 3), np.nan))
+    with pytest.raises(DemonstrationError, match="no object's size is known"):
+        table_height(unknown)
+
+
+def test_nothing_can_be_changed(demonstration):
+    for values in (demonstration.t, demonstration.hand, demonstration.objects, demonstration.object_sizes):
+        with pytest.raises(ValueError, match="read-only"):
+            values[0] = 0
