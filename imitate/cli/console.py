@@ -53,7 +53,10 @@ def run(verb: Callable[[], object], debug: bool = False) -> int:
         finally:
             sys.stdout.flush()
     except SystemExit as end:
-        return end.code if isinstance(end.code, int) else Exit.DONE if end.code is None else Exit.FAILED
+        code = end.code if isinstance(end.code, int) else Exit.DONE if end.code is None else Exit.FAILED
+        if code == Exit.INTERRUPTED:  # typer turns KeyboardInterrupt into this
+            narrate("interrupted")
+        return code
     except KeyboardInterrupt:
         narrate("interrupted")
         return Exit.INTERRUPTED

@@ -22,7 +22,10 @@ def segment(
     settings_file: console.SettingsFile = None,
     as_json: console.Json = False,
 ) -> None:
-    """Cut a demonstration into skills and say, for each, which objects matter."""
+    """Cut a demonstration into skills.
+
+    For each skill: which objects matter, and in whose reference frame.
+    """
     from imitate.formats.demonstrations import read_demonstration
     from imitate.segmentation import segment as cut
     from imitate.settings import load_settings

@@ -111,6 +111,17 @@ def test_a_reader_that_has_enough_is_no_error():
     process.wait(timeout=20)
 
 
+def test_an_interrupted_verb_says_so(capsys):
+    small = typer.Typer()
+
+    @small.command()
+    def long() -> None:
+        raise KeyboardInterrupt
+
+    assert console.run(lambda: small([])) == 130
+    assert capsys.readouterr().err == "interrupted\n"
+
+
 def test_a_verb_chooses_its_exit_code():
     small = typer.Typer()
 
