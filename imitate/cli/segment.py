@@ -19,6 +19,10 @@ def segment(
         str | None,
         typer.Option("--mode", metavar="robust|faithful", help="The score: robust (default) or the paper's."),
     ] = None,
+    decisions: Annotated[
+        Path | None,
+        typer.Option("--decisions", metavar="FILE.json", help="Your decisions, applied to what is found."),
+    ] = None,
     settings_file: console.SettingsFile = None,
     as_json: console.Json = False,
 ) -> None:
@@ -26,12 +30,16 @@ def segment(
 
     For each skill: which objects matter, and in whose reference frame.
     """
+    from imitate.formats.decisions import read_decisions
     from imitate.formats.demonstrations import read_demonstration
+    from imitate.segmentation import apply_decisions
     from imitate.segmentation import segment as cut
     from imitate.settings import load_settings
 
     settings = load_settings(settings_file, {"mode": mode} if mode else None).segmentation
-    segments = cut(read_demonstration(file), settings)
+    decided = read_decisions(decisions) if decisions else ()
+    demonstration = read_demonstration(file)
+    segments = apply_decisions(cut(demonstration, settings), decided, demonstration, settings)
     if as_json:
         console.write_json({"mode": settings.mode, "segments": [_plain(s) for s in segments]})
     else:

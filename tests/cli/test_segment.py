@@ -62,6 +62,19 @@ def test_the_settings_file_chooses_the_mode(imitate, tmp_path):
     assert json.loads(out)["mode"] == "faithful"
 
 
+def test_decisions_are_applied(imitate, tmp_path):
+    file = tmp_path / "decisions.json"
+    file.write_text('[{"kind": "move", "segment": 0, "time": 8.25}]')
+    code, out, _ = imitate("segment", FIXTURE, "--decisions", file, "--json")
+    assert code == 0
+    reach, carry = json.loads(out)["segments"]
+    assert reach["end"] == carry["start"] == 8.25
+    file.write_text('[{"kind": "merge", "segment": 1}]')
+    code, out, err = imitate("segment", FIXTURE, "--decisions", file)
+    assert (code, out) == (2, "")
+    assert err.startswith("error: decision 1 (merge): there are no segments 1 and 2")
+
+
 def without_hand(arrays):
     return {name: values for name, values in arrays.items() if name != "hand"}
 
