@@ -112,7 +112,7 @@ def test_picture_of_another_size(tmp_path):
 
 def test_never_over_an_existing_file(recording):
     before = recording.read_bytes()
-    with pytest.raises(FileError, match="exists already.*--force"):
+    with pytest.raises(FileError, match=r"exists already.*--force"):
         write_recording(recording, INTRINSICS, frames(1))
     assert recording.read_bytes() == before
     write_recording(recording, INTRINSICS, frames(1), force=True)
