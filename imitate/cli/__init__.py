@@ -10,6 +10,8 @@ import typer
 
 from imitate.cli import console
 from imitate.cli.demonstrate import demonstrate
+from imitate.cli.learn import learn
+from imitate.cli.reproduce import reproduce
 from imitate.cli.segment import segment
 
 app = typer.Typer(
@@ -23,6 +25,8 @@ app = typer.Typer(
 VERBS: tuple[Callable[..., None], ...] = (
     demonstrate,
     segment,
+    learn,
+    reproduce,
 )
 """Functions, one per verb, in the order in which --help lists them. Their modules import typer alone."""
 

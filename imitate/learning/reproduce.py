@@ -78,7 +78,7 @@ def reproduce(
     seed: np.random.SeedSequence,
     count: int,
 ) -> Iterator[Event]:
-    """Runs the options in a row from ``count`` perturbed starts; reproduced when at least α of them succeed."""
+    """Runs the options in a row from ``count`` perturbed starts; done when at least α of them succeed."""
     wanted = placements(demonstration, segments)
     policies = tuple(option.policy for option in options)
     starts = perturbed_starts(trials.spec, count, seed, trials.settings)

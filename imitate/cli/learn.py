@@ -1,0 +1,142 @@
+"""`imitate learn`: the whole session, headless."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from imitate.cli import console
+
+if TYPE_CHECKING:
+    from imitate.events import Event
+    from imitate.session.progress import Progress
+
+
+def learn(
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="A demonstration (.npz, .mcap) or an RGB-D recording.")
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="FILE.mcap", help="The session; by default in sessions/."),
+    ] = None,
+    mode: Annotated[
+        str | None,
+        typer.Option("--mode", metavar="robust|faithful", help="Settings: robust (default) or the paper's."),
+    ] = None,
+    rrd: Annotated[bool, typer.Option(help="Write the Rerun file beside the session.")] = True,
+    settings_file: console.SettingsFile = None,
+    seed: console.Seed = 0,
+    workers: console.Workers = None,
+    as_json: console.Json = False,
+    force: console.Force = False,
+) -> None:
+    """Learn a task from one demonstration and reproduce it; exit code 3 when it was not reproduced."""
+    import os
+
+    from imitate.formats.output import refuse_existing
+    from imitate.session.progress import Progress, learn_report
+    from imitate.session.session import Request, run
+    from imitate.settings import load_settings
+
+    settings = load_settings(settings_file, {"mode": mode} if mode else None)
+    log = output or _free_name(file, seed)
+    viewed = log.with_suffix(".rrd") if rrd else None
+    for path in filter(None, (log, viewed)):
+        refuse_existing(path, force)
+    request = Request(file, settings, seed, workers or os.cpu_count() or 1, log=log, rrd=viewed, force=force)
+    began = time.monotonic()
+    progress = Progress()
+    with console.progress() as bar:
+        task = bar.add_task("reading", total=None)
+
+        def watching(done: int, of: int) -> None:
+            bar.update(task, description="observing", completed=done, total=of)
+
+        for event in run(request, watching=watching):
+            progress.fold(event)
+            bar.update(task, **_state(progress, event))
+            _narrate(event)
+    report = learn_report(progress, log, round(time.monotonic() - began, 3))
+    console.write_json(report) if as_json else _show(progress, report["wall_s"])
+    console.narrate(f"session: {log}" + (f", viewer: {viewed}" if viewed else ""))
+    if progress.finished and not progress.finished.reproduced:
+        console.narrate(progress.finished.advice)
+        raise typer.Exit(console.Exit.LOSSY)
+
+
+def _free_name(file: Path, seed: int) -> Path:
+    # A session is never written over; without a name given, the next free one is taken.
+    folder, stem = Path("sessions"), f"{file.stem}-{seed}"
+    names = [folder / f"{stem}.mcap", *(folder / f"{stem}-{n}.mcap" for n in range(2, 1000))]
+    return next((name for name in names if not name.exists()), names[0])
+
+
+def _state(progress: Progress, event: Event) -> dict[str, Any]:
+    # What the bar says: the formulation at hand and its share of the trial budget.
+    from imitate.events import TrialFinished
+
+    present = progress.present
+    if present is None:
+        return {"description": "segmenting", "total": None}
+    skill = f"skill {present.formulation.segment + 1} of {len(progress.skills)}"
+    learning = progress.settings.learning
+    if not isinstance(event, TrialFinished):
+        return {"description": skill}
+    if event.purpose == "reproduce":
+        done, total = len(progress.reproduction), learning.reproduction_starts
+        return {"description": "reproducing", "completed": done, "total": total}
+    if event.purpose in ("evaluate", "choose"):
+        total = learning.evaluation_starts if event.purpose == "evaluate" else learning.candidate_starts
+        done = sum(t.purpose == event.purpose for t in present.trials) % total or total
+        return {"description": f"{skill}: {event.purpose}", "completed": done, "total": total}
+    budget = learning.first_rollouts + learning.rollouts * (learning.updates - 1)
+    actions = " + ".join(present.formulation.actions)
+    return {"description": f"{skill}: {actions}", "completed": present.explored, "total": budget}
+
+
+def _narrate(event: Event) -> None:
+    from imitate.events import OptionLearned, Reformulated, Segmented
+
+    match event:
+        case Segmented(segments=segments):
+            for number, s in enumerate(segments, start=1):
+                console.narrate(f"skill {number}: {s.start:.2f}–{s.end:.2f} s {s.abstraction}")
+        case Reformulated():
+            console.narrate(f"skill {event.segment + 1}: {event.reason}")
+        case OptionLearned():
+            console.narrate(f"skill {event.segment + 1}: learned")
+
+
+def _show(progress: Progress, seconds: float) -> None:
+    from rich.table import Table
+
+    table = Table(
+        "skill", "relevant", "reference", "actions", "trials", "cost", "P", "interval", "", box=None
+    )
+    for column in table.columns[4:7]:
+        column.justify = "right"
+    for skill in progress.skills:
+        for attempt in skill.attempts:
+            f, judged = attempt.formulation, attempt.evaluated
+            table.add_row(
+                str(skill.index + 1),
+                ", ".join(f.abstraction.relevant),
+                f.abstraction.reference,
+                " + ".join(f.actions),
+                str(attempt.explored),
+                f"{attempt.cost:.1f}" if attempt.cost is not None else "",
+                f"{judged.successes}/{judged.trials}" if judged else "",
+                f"{judged.low:.2f}–{judged.high:.2f}" if judged else "",
+                "accepted" if attempt.accepted else "given up",
+            )
+    console.tables().print(table)
+    if r := progress.reproduced:
+        verdict = "reproduced" if r.reproduced else "not reproduced"
+        console.write(
+            f"{verdict}: {r.successes} of {r.trials} perturbed starts "
+            f"(95 % interval {r.low:.2f}–{r.high:.2f}), {seconds:.0f} s"
+        )

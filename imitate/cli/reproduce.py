@@ -1,0 +1,45 @@
+"""`imitate reproduce`: a session's learned options from new starts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from imitate.cli import console
+
+
+def reproduce(
+    session: Annotated[Path, typer.Argument(metavar="SESSION", help="A finished session (.mcap).")],
+    trials: Annotated[int, typer.Option("--trials", min=1, help="Perturbed starts.")] = 20,
+    seed: console.Seed = 0,
+    workers: console.Workers = None,
+    as_json: console.Json = False,
+) -> None:
+    """Run the learned task from perturbed starts; exit code 3 when it succeeds in less than α of them."""
+    import os
+
+    from imitate.events import Reproduced, TrialFinished
+    from imitate.session.reproduction import reproduce_session
+
+    result: Reproduced | None = None
+    with console.progress() as bar:
+        task = bar.add_task("reproducing", total=trials)
+        for event in reproduce_session(session, trials, seed, workers or os.cpu_count() or 1):
+            if isinstance(event, TrialFinished):
+                bar.advance(task)
+                if event.failure:
+                    console.narrate(f"start {event.trial + 1}: {event.failure}")
+            elif isinstance(event, Reproduced):
+                result = event
+    assert result is not None
+    if as_json:
+        keys = ("successes", "trials", "low", "high")
+        console.write_json({key: getattr(result, key) for key in keys})
+    else:
+        console.write(
+            f"{result.successes} of {result.trials} starts (95 % interval {result.low:.2f}–{result.high:.2f})"
+        )
+    if not result.reproduced:
+        raise typer.Exit(console.Exit.LOSSY)

@@ -1,0 +1,59 @@
+"""A finished session's options, run again from new starts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from imitate import events
+from imitate.errors import FileError
+from imitate.events import Event
+from imitate.formats.session_log import read_session
+from imitate.learning.option import Option
+from imitate.learning.problem import formulate
+from imitate.learning.reproduce import reproduce
+from imitate.learning.trials import Trials, process_pool
+from imitate.settings import settings_from_toml
+from imitate.skill import Formulation, Policy, Segment
+
+
+def reproduce_session(path: Path, count: int, seed: int, workers: int) -> Iterator[Event]:
+    """Runs the options of a session from ``count`` perturbed starts.
+
+    Raises:
+        FileError: not a session, or one in which some skill was not learned; names it.
+    """
+    started: events.SessionStarted | None = None
+    segments: tuple[Segment, ...] = ()
+    stated: dict[tuple[int, int], Formulation] = {}
+    learned: dict[int, tuple[Formulation, Policy]] = {}
+    for event in read_session(path):
+        match event:
+            case events.SessionStarted():
+                started = event
+            case events.Segmented() | events.Decided():
+                segments = event.segments
+            case events.FormulationStarted(formulation=f):
+                stated[f.segment, f.index] = f
+                learned = {i: option for i, option in learned.items() if i < f.segment}
+            case events.OptionLearned():
+                learned[event.segment] = stated[event.segment, event.formulation], event.policy
+    if started is None:
+        raise FileError(path, "holds no session", "Make one: imitate learn DEMONSTRATION")
+    if missing := [i for i in range(max(len(segments), 1)) if i not in learned]:
+        name = f"skill {missing[0] + 1}" + (f", {segments[missing[0]].abstraction}," if segments else "")
+        raise FileError(
+            path,
+            f"{name} was not learned in this session, so there is no whole task to reproduce",
+            f"Learn again with another seed: imitate learn {started.source} --seed {started.seed + 1}",
+        )
+    settings = settings_from_toml(started.settings)
+    options = tuple(
+        Option(formulate(started.demonstration, segments, formulation, settings), policy)
+        for formulation, policy in learned.values()
+    )
+    with Trials(process_pool(workers), started.scene, settings) as trials:
+        seeds = np.random.SeedSequence(seed)
+        yield from reproduce(started.demonstration, segments, options, trials, seeds, count)

@@ -1,0 +1,150 @@
+"""A session from its source to its reproduction: one stream of events, written to the log on its way."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+
+from imitate import events
+from imitate.demonstration import Demonstration, in_table_frame
+from imitate.events import Event
+from imitate.formats.session_log import SessionWriter
+from imitate.learning.reformulate import Search, learn_options
+from imitate.learning.reproduce import reproduce
+from imitate.learning.trials import Trials, process_pool
+from imitate.segmentation import apply_decisions, segment
+from imitate.session.source import Source, Watching, read_source
+from imitate.settings import Settings, to_toml
+from imitate.skill import Decision, Segment
+from imitate.world.scene import scene_of, shown_start
+
+_PACKAGES = ("imitate", "numpy", "scipy", "pybullet")
+_REPRODUCTION = 0xA11  # spawn key of the starts of the reproduction, beyond any segment's index
+
+
+@dataclass(frozen=True)
+class Request:
+    """What to learn, and how.
+
+    Attributes:
+        source: a demonstration or a recording.
+        workers: processes that run trials.
+        decisions: the operator's, applied to the segments as found.
+        log: where the session is written; None writes none.
+        rrd: where the viewer's file is written; None writes none.
+        force: overwrite both.
+    """
+
+    source: Path
+    settings: Settings
+    seed: int
+    workers: int = 1
+    decisions: tuple[Decision, ...] = ()
+    log: Path | None = None
+    rrd: Path | None = None
+    force: bool = False
+
+
+def run(
+    request: Request, should_stop: Callable[[], bool] = lambda: False, watching: Watching | None = None
+) -> Iterator[Event]:
+    """The session's events, each in the log before it is seen here.
+
+    Args:
+        request: what to do.
+        should_stop: asked after each event; true ends the session there, its log valid.
+        watching: hears of (frames done, frames in all) while a recording is observed.
+
+    Raises:
+        ImitateError: the source, the settings or the scene is not one to learn from.
+    """
+    source = read_source(request.source, request.settings, request.seed, watching)
+    with ExitStack() as stack:
+        listeners: list[Callable[[Event], None]] = []
+        for event in _course(request, source, stack):
+            if not listeners and (request.log or request.rrd):
+                listeners = _listeners(request, stack)
+            for write in listeners:
+                write(event)
+            yield event
+            if should_stop():
+                return
+
+
+def _listeners(request: Request, stack: ExitStack) -> list[Callable[[Event], None]]:
+    # Opened at the first event, so that a source that fails leaves no empty file.
+    found: list[Callable[[Event], None]] = []
+    if request.log:
+        found.append(stack.enter_context(SessionWriter(request.log, request.force)).write)
+    if request.rrd:
+        from imitate.session.viewer import Viewer  # rerun takes 0.4 s to import
+
+        viewer = Viewer(request.rrd, request.force)
+        stack.callback(viewer.close)
+        found.append(viewer.write)
+    return found
+
+
+def _course(request: Request, source: Source, stack: ExitStack) -> Iterator[Event]:
+    settings, seed = request.settings, request.seed
+    demonstration = in_table_frame(source.demonstration)
+    scene = scene_of(demonstration, settings.world)
+    toml = to_toml(settings)
+    yield events.SessionStarted(source.name, source.hash, seed, toml, _versions(), demonstration, scene)
+
+    found = segment(demonstration, settings.segmentation)
+    yield events.Segmented(settings.segmentation.mode, found)
+    segments = found
+    for count, decision in enumerate(request.decisions, start=1):
+        segments = apply_decisions(found, request.decisions[:count], demonstration, settings.segmentation)
+        yield events.Decided(decision, segments)
+
+    trials = stack.enter_context(Trials(process_pool(request.workers), scene, settings))
+    search = yield from learn_options(demonstration, segments, trials, shown_start(scene), seed)
+    yield from _reproduction(request, demonstration, segments, search, trials)
+
+
+def _reproduction(
+    request: Request,
+    demonstration: Demonstration,
+    segments: tuple[Segment, ...],
+    search: Search,
+    trials: Trials,
+) -> Iterator[Event]:
+    if search.given_up:
+        yield events.SessionFinished(False, f"{search.given_up} {_next_command(request)}")
+        return
+    seeds = np.random.SeedSequence(request.seed, spawn_key=(_REPRODUCTION,))
+    count = request.settings.learning.reproduction_starts
+    reproduced, failures = False, []
+    for event in reproduce(demonstration, segments, search.options, trials, seeds, count):
+        if isinstance(event, events.TrialFinished) and event.failure:
+            failures.append(event.failure)
+        if isinstance(event, events.Reproduced):
+            reproduced = event.reproduced
+        yield event
+    advice = ""
+    if not reproduced:
+        advice = (
+            f"every skill was learned, but together they fail from {len(failures)} of {count} starts: "
+            f"{max(failures, key=failures.count)}. {_next_command(request)}"
+        )
+    yield events.SessionFinished(reproduced, advice)
+
+
+def _next_command(request: Request) -> str:
+    return (
+        f"Try another seed: imitate learn {request.source} --seed {request.seed + 1}; "
+        f"or look at the segments and correct them: imitate tui {request.source}"
+    )
+
+
+def _versions() -> dict[str, str]:
+    found = {name: version(name) for name in _PACKAGES}
+    return {**found, "python": platform.python_version(), "platform": platform.platform()}
