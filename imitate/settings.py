@@ -102,7 +102,7 @@ class Learning(_Section):
     """degrees by which it is turned, at most."""
 
     imitation_first: bool = True
-    """the first trial is the imitated policy itself, and success of it ends the exploration."""
+    """the first trial is the imitated policy itself; where it will do, nothing is explored."""
     first_rollouts: int = Field(default=10, ge=2)
     """trials before the first update (authors' code)."""
     rollouts: int = Field(default=5, ge=1)

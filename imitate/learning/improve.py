@@ -79,6 +79,12 @@ class Improvement:
         start = yield from self._prepare(shown)
         s = self.settings.learning
         means: list[float] = []
+        if s.imitation_first:
+            tried = yield from self._explore(start, [self.mean])
+            means.append(tried[0].cost)
+            learned = yield from self._judge_best()
+            if learned is not None and learned.accepted:
+                return learned
         for self.update in range(s.updates):
             batch = self._batch()
             tried = yield from self._explore(start, batch)
@@ -121,12 +127,10 @@ class Improvement:
 
     def _batch(self) -> list[Policy]:
         s = self.settings.learning
-        first = not self.tried
-        size = s.first_rollouts if first else s.rollouts
-        with_mean = s.imitation_first or not first
         rng = np.random.default_rng(self._seed(0, self.update))
-        noisy = [self._sample(rng) for _ in range(size - with_mean)]
-        return [self.mean, *noisy] if with_mean else noisy
+        if not self.update:
+            return [self._sample(rng) for _ in range(s.first_rollouts - len(self.tried))]
+        return [self.mean, *(self._sample(rng) for _ in range(s.rollouts - 1))]
 
     def _sample(self, rng: np.random.Generator) -> Policy:
         s, mean = self.settings.learning, self.mean

@@ -1,4 +1,4 @@
-"""Keeping C code off stdout: PyBullet prints warnings there, which would break --json and the screen."""
+"""Keeping C code off the standard streams: PyBullet prints there, which would break --json and the screen."""
 
 from __future__ import annotations
 
@@ -9,19 +9,24 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def quiet_stdout() -> Iterator[None]:
-    """Send what the process writes to file descriptor 1 to /dev/null meanwhile, C code's output included.
+def quiet(*descriptors: int) -> Iterator[None]:
+    """Send what the process writes to these file descriptors to /dev/null meanwhile, C code's output included.
 
     Process-wide: enter it where no other thread writes data, as at an import or while a scene is loaded.
+
+    Args:
+        descriptors: 1 is stdout, 2 is stderr.
     """
     sys.stdout.flush()
-    saved = os.dup(1)
+    saved = [os.dup(descriptor) for descriptor in descriptors]
     sink = os.open(os.devnull, os.O_WRONLY)
     try:
-        os.dup2(sink, 1)
+        for descriptor in descriptors:
+            os.dup2(sink, descriptor)
         yield
     finally:
         sys.stdout.flush()
-        os.dup2(saved, 1)
-        os.close(saved)
+        for descriptor, original in zip(descriptors, saved, strict=True):
+            os.dup2(original, descriptor)
+            os.close(original)
         os.close(sink)
