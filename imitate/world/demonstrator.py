@@ -16,9 +16,9 @@ from imitate.geometry import IDENTITY, Array, compose
 from imitate.rgbd import RgbdFrame
 from imitate.settings import Perception
 from imitate.world.performance import Performance
-from imitate.world.quiet import quiet_stdout
+from imitate.world.quiet import quiet
 
-with quiet_stdout():
+with quiet(1, 2):
     import pybullet as bullet
 
     from imitate.world.kinect import Camera, kinect_intrinsics, take

@@ -5,9 +5,9 @@ from __future__ import annotations
 import functools
 from typing import Any
 
-from imitate.world.quiet import quiet_stdout
+from imitate.world.quiet import quiet
 
-with quiet_stdout():  # PyBullet's C code greets on the standard streams, which are the views'
+with quiet(1, 2):  # PyBullet's C code greets on the standard streams, which are the views'
     import pybullet
     import pybullet_data
 
@@ -18,7 +18,7 @@ class Client:
     """A headless PyBullet server whose calls carry its number: ``client.stepSimulation()``."""
 
     def __init__(self) -> None:
-        with quiet_stdout():
+        with quiet(1):
             self.number = int(pybullet.connect(pybullet.DIRECT))
 
     def __getattr__(self, name: str) -> Any:

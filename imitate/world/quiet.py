@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def quiet(*descriptors: int) -> Iterator[None]:
-    """Send what the process writes to these file descriptors to /dev/null meanwhile, C code's output included.
+    """Send what the process writes to these file descriptors to /dev/null meanwhile, C code's included.
 
     Process-wide: enter it where no other thread writes data, as at an import or while a scene is loaded.
 
