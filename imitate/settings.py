@@ -34,6 +34,16 @@ class Perception(_Section):
     """m, of the cylinder worn on a finger: measured once on the glove, not seen."""
     finger_length: float = Field(0.08, gt=0, le=0.3)
     """m, of the cylinder, from its far end to the fingertip: measured once on the glove, not seen."""
+    depth_noise: float = Field(0.003, gt=0, le=0.05)
+    """m, standard deviation of a depth reading: twice a Kinect's axial noise below 1 m."""
+    still_frames: int = Field(8, ge=1, le=300)
+    """first frames whose median is searched for table and blocks; nothing but the hand may move in them."""
+    particles: int = Field(160, ge=20)
+    """of the filter that follows one object, or the hand."""
+    layers: int = Field(4, ge=1, le=20)
+    """times that the particles are weighted and drawn again in each frame."""
+    pixels: int = Field(700, ge=100)
+    """of a frame that are compared with one object, or one finger, at most."""
 
 
 class Segmentation(_Section):

@@ -29,6 +29,8 @@ BLOCKS = ("blue", "green", "purple", "cyan")
 """paints of the blocks, the first object first."""
 TABLE = (0.8, 0.9, 0.04)
 """m: length away from the camera, width, thickness."""
+FACETS = 36
+"""of a finger's cylinder."""
 FLOOR = 0.75
 """m below the table's top."""
 
@@ -92,8 +94,8 @@ def _middle(d: Demonstration) -> Array:
 
 
 def _stand(target: Array) -> Array:
-    """(7,) the camera's pose: 0.55 m from the middle, looking along +x and down."""
-    away = np.array([-0.365, 0.05, 0.405])
+    """(7,) the camera's pose: 0.65 m from the middle, looking along +x and down."""
+    away = np.array([-0.43, 0.06, 0.48])
     forward = -away / np.linalg.norm(away)
     right = np.cross(forward, [0, 0, 1.0])
     right /= np.linalg.norm(right)
@@ -136,10 +138,22 @@ def _block(
 
 
 def _cylinder(client: int, hand: Perception, colour: tuple[float, ...]) -> int:
+    """A finger as a mesh: PyBullet draws its own cylinders a millimetre too large."""
+    angles = np.linspace(0, 2 * np.pi, FACETS, endpoint=False)
+    ring = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
+    end = np.array([0, 0, hand.finger_length / 2])
+    rim = hand.finger_radius * ring
+    k = np.arange(FACETS)
+    n = np.roll(k, -1)
+    side = [[k, n, n + FACETS], [k, n + FACETS, k + FACETS]]
+    caps = [[0 * k + 4 * FACETS, n + 2 * FACETS, k + 2 * FACETS]]
+    caps += [[0 * k + 4 * FACETS + 1, k + 3 * FACETS, n + 3 * FACETS]]
+    up = np.broadcast_to([0, 0, 1.0], (FACETS, 3))
     shape = bullet.createVisualShape(
-        bullet.GEOM_CYLINDER,
-        radius=hand.finger_radius,
-        length=hand.finger_length,
+        bullet.GEOM_MESH,
+        vertices=np.concatenate([rim - end, rim + end, rim - end, rim + end, [-end, end]]).tolist(),
+        indices=np.concatenate([np.stack(t, axis=1).reshape(-1) for t in side + caps]).tolist(),
+        normals=np.concatenate([ring, ring, -up, up, [[0, 0, -1], [0, 0, 1]]]).tolist(),
         rgbaColor=[*colour, 1],
         physicsClientId=client,
     )
