@@ -101,9 +101,7 @@ class Arm:
         )
 
     def _put(self, joints: list[float]) -> None:
-        reset = self.client.resetJointState
-        for joint, position in zip(self.joints, joints, strict=True):
-            reset(self.body, joint, position)
+        self.client.resetJointStatesMultiDof(self.body, self.joints, [[position] for position in joints])
 
 
 def place_base(robot: Robot, demonstration: Demonstration, settings: WorldSettings) -> tuple[Array, Array]:
