@@ -10,4 +10,59 @@ import typer
 
 from imitate.cli import console
 from imitate.cli.demonstrate import demonstrate
+from imitate.cli.learn import learn
 from imitate.cli.observe import observe
+from imitate.cli.reproduce import reproduce
+from imitate.cli.segment import segment
+
+app = typer.Typer(
+    name="imitate",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,  # rich costs 0.1 s, which would be most of --help
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+VERBS: tuple[Callable[..., None], ...] = (
+    demonstrate,
+    observe,
+    segment,
+    learn,
+    reproduce,
+)
+"""Functions, one per verb, in the order in which --help lists them. Their modules import typer alone."""
+
+for _verb in VERBS:
+    app.command(_verb.__name__, epilog="With --debug, an error shows its traceback.")(_verb)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from imitate import __version__
+
+        console.write(f"imitate {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _imitate(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+    ] = False,
+    debug: Annotated[
+        bool, typer.Option("--debug", help="Show the traceback of an error; anywhere on the line.")
+    ] = False,
+) -> None:
+    """Teach a robot a manipulation task by showing it once."""
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Entry point: runs one verb and leaves the process with its exit code.
+
+    Args:
+        arguments: the command line without the program's name; by default the process's own.
+    """
+    given = sys.argv[1:] if arguments is None else arguments
+    words = [word for word in given if word != "--debug"]
+    code = console.run(lambda: app(words, prog_name="imitate"), debug="--debug" in given)
+    raise SystemExit(code)
