@@ -1,6 +1,6 @@
-"""Whose the rests are: frames in which the hand waits next to a carry go to the carry.
+"""Where a carry starts and ends, for learning: with the rests beside it.
 
-The score cuts where the object starts and stops to move. The fingers close before and open after that, while
+The search cuts where the object starts and stops to move. The fingers close before and open after that, while
 the hand rests, so a carry that is to be learned with its gripper has to have those frames.
 """
 
@@ -17,6 +17,35 @@ from imitate.segmentation.robust import noise
 from imitate.settings import Segmentation
 
 
+def with_rests(
+    cuts: Sequence[int],
+    carried: Sequence[tuple[str, ...]],
+    demonstration: Demonstration,
+    times: Array,
+    settings: Segmentation,
+) -> tuple[int, ...]:
+    """Cuts whose carries have the rests beside them.
+
+    Args:
+        cuts: (0, …, T) in frames.
+        carried: for each segment, the names of what is held in it.
+        demonstration: what was cut.
+        times: (T,) seconds since the first frame.
+        settings: ``rest_limit`` bounds how far a cut moves at a time.
+    """
+    t = demonstration.t - demonstration.t[0]
+    most = round(settings.rest_limit * (len(times) - 1) / demonstration.duration)
+    if most == 0:
+        return tuple(cuts)
+    hand = resample(t, demonstration.hand, times)[:, :3]
+    for k in range(1, len(cuts) - 1):
+        if carried[k - 1] and not carried[k]:
+            held = [resample(t, demonstration.pose_of(name), times)[:, :3] for name in carried[k - 1]]
+            cuts = let_go(cuts, k, hand, np.stack(held, axis=1), most, settings.shortest)
+    carries = [bool(names) for names in carried]
+    return rests_to_carries(cuts, carries, resting(demonstration, times, settings), most, settings.shortest)
+
+
 def resting(demonstration: Demonstration, times: Array, settings: Segmentation) -> NDArray[np.bool_]:
     """Whether the hand rests at each of ``times`` (seconds since the first frame), noise allowed for."""
     t = demonstration.t - demonstration.t[0]
@@ -29,6 +58,31 @@ def resting(demonstration: Demonstration, times: Array, settings: Segmentation) 
     return np.asarray(np.linalg.norm(moved[:, :3], axis=1) <= allowed)
 
 
+def let_go(
+    cuts: Sequence[int], k: int, hand: Array, held: Array, reach: int, shortest: int
+) -> tuple[int, ...]:
+    """Cut ``k``, at the end of a carry, put where what was held stops to go with the hand.
+
+    The search's evidence is displacement over a short window, which slow lowering in noise hardly shows. Here
+    whole stretches count: the least squares of ‖(o − h) − mean‖ before the cut and ‖o − mean‖ after it.
+
+    Args:
+        hand: (T, 3) positions in metres.
+        held: (T, H, 3) positions of what was held.
+        reach: frames by which the cut moves at most; twice as many are looked at.
+        shortest: frames that are left to a segment.
+    """
+    first, last = max(cuts[k - 1], cuts[k] - 2 * reach), min(cuts[k + 1], cuts[k] + 2 * reach)
+    still = held[first:last]
+    cost = _squares(still - hand[first:last, None]) + _squares(still[::-1])[::-1]
+    frames = np.arange(first, last + 1)
+    near = np.abs(frames - cuts[k]) <= reach
+    allowed = near & (frames >= cuts[k - 1] + shortest) & (frames <= cuts[k + 1] - shortest)
+    if not allowed.any():
+        return tuple(cuts)
+    return (*cuts[:k], int(frames[allowed][np.argmin(cost[allowed])]), *cuts[k + 1 :])
+
+
 def rests_to_carries(
     cuts: Sequence[int],
     carries: Sequence[bool],
@@ -36,23 +90,38 @@ def rests_to_carries(
     most: int,
     shortest: int,
 ) -> tuple[int, ...]:
-    """Cuts moved away from carries for as long as the hand rests.
+    """Cuts moved away from carries, to the nearest rest and for as long as the hand rests.
 
     Args:
         cuts: (0, …, T) in frames.
         carries: for each segment, whether something is held in it.
         rests: (T,) whether the hand rests.
-        most: frames by which a cut moves at most.
+        most: frames of rest that a carry gets at most; half as many may lie between.
         shortest: frames that are left to a segment.
     """
     moved = list(cuts)
     for k in range(1, len(cuts) - 1):
         if carries[k] and not carries[k - 1]:
-            bound = max(moved[k] - most, moved[k - 1] + shortest)
-            while moved[k] > bound and rests[moved[k] - 1]:
-                moved[k] -= 1
+            into = rests[moved[k - 1] + shortest : moved[k]][::-1]
+            moved[k] -= _rest(into, most)
         elif carries[k - 1] and not carries[k]:
-            bound = min(moved[k] + most, cuts[k + 1] - shortest)
-            while moved[k] < bound and rests[moved[k]]:
-                moved[k] += 1
+            into = rests[moved[k] : cuts[k + 1] - shortest]
+            moved[k] += _rest(into, most)
     return tuple(moved)
+
+
+def _rest(ahead: NDArray[np.bool_], most: int) -> int:
+    """Frames up to the end of the first rest ahead; 0 where none starts within half of ``most``."""
+    found = np.flatnonzero(ahead[: most // 2 + 1])
+    if not len(found):
+        return 0
+    rest = ahead[found[0] :][:most]
+    return int(found[0]) + (len(rest) if rest.all() else int(np.argmin(rest)))
+
+
+def _squares(values: Array) -> Array:
+    """(N + 1,) sum of squared distances of the first n values (N, …) from their mean, for n = 0…N."""
+    flat = values.reshape(len(values), -1) - values.reshape(len(values), -1).mean(axis=0)
+    n = np.arange(1, len(flat) + 1)
+    total = np.cumsum(flat**2, axis=0).sum(axis=1) - (np.cumsum(flat, axis=0) ** 2).sum(axis=1) / n
+    return np.append(0.0, total)

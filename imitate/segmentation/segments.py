@@ -15,7 +15,7 @@ from imitate.geometry import Array
 from imitate.segmentation.abstraction import Evidence, best_scores, candidates, log_prior
 from imitate.segmentation.changepoints import most_probable_cuts
 from imitate.segmentation.faithful import FaithfulScore
-from imitate.segmentation.rests import resting, rests_to_carries
+from imitate.segmentation.rests import with_rests
 from imitate.segmentation.robust import RobustScore
 from imitate.settings import Segmentation
 from imitate.skill import Candidate, Segment
@@ -45,11 +45,8 @@ def segment(demonstration: Demonstration, settings: Segmentation) -> tuple[Segme
     scores = (best_scores(evidence) + prior for evidence in score.ends())
     cuts, _ = most_probable_cuts(scores, frames, settings.expected_length, settings.shortest)
     cuts, chosen = _merged(cuts, score, demonstration.object_names, settings)
-    if settings.rest_limit > 0:
-        most = round(settings.rest_limit * (frames - 1) / demonstration.duration)
-        rests = resting(demonstration, score.times, settings)
-        carries = [bool(best.abstraction.carried) for best in chosen]
-        cuts = rests_to_carries(cuts, carries, rests, most, settings.shortest)
+    carried = [best.abstraction.carried for best in chosen]
+    cuts = with_rests(cuts, carried, demonstration, score.times, settings)
     ranked = _ranked(cuts, score, demonstration.object_names, settings)
     ends = score.times[np.minimum(cuts, frames - 1)]
     return tuple(
