@@ -10,8 +10,10 @@ import typer
 
 from imitate.cli import console
 from imitate.cli.demonstrate import demonstrate
+from imitate.cli.info import info
 from imitate.cli.learn import learn
 from imitate.cli.observe import observe
+from imitate.cli.replay import replay
 from imitate.cli.reproduce import reproduce
 from imitate.cli.segment import segment
 
@@ -29,6 +31,8 @@ VERBS: tuple[Callable[..., None], ...] = (
     segment,
     learn,
     reproduce,
+    replay,
+    info,
 )
 """Functions, one per verb, in the order in which --help lists them. Their modules import typer alone."""
 

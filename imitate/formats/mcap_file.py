@@ -106,9 +106,11 @@ class McapReader:
         What cannot be read is left out and described in ``damage``: a chunk whose checksum or compression
         is wrong, or everything from the point where the file is cut.
         """
-        schemas, channels = _described(self.path)
+        schemas, channels, chunks = _described(self.path)
+        wanted = {key for key, channel in channels.items() if topics is None or channel.topic in topics}
+        skipped = {at for at, held in chunks.items() if held and not held & wanted}
         with self.path.open("rb") as stream:
-            for record in self._records(stream):
+            for record in self._records(stream, skipped):
                 if isinstance(record, records.Schema):
                     schemas[record.id] = record
                 elif isinstance(record, records.Channel):
@@ -124,14 +126,16 @@ class McapReader:
                     elif topics is None or channel.topic in topics:
                         yield _raw(record, channel, schemas.get(channel.schema_id))
 
-    def _records(self, stream: IO[bytes]) -> Iterator[Any]:
+    def _records(self, stream: IO[bytes], skipped: Collection[int]) -> Iterator[Any]:
+        # ``skipped`` are the ends of chunks that hold nothing that is asked for, by the file's own index
         size = self.path.stat().st_size
         reader = StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=size)
         found = reader.records
         while True:
             try:
                 record = next(found)
-                yield from self._unpacked(record, stream.tell())
+                if not (isinstance(record, records.Chunk) and stream.tell() in skipped):
+                    yield from self._unpacked(record, stream.tell())
             except StopIteration:
                 return
             except (EndOfFile, RecordLengthLimitExceeded):  # a record longer than the file
@@ -177,14 +181,20 @@ def check_magic(path: Path) -> None:
         )
 
 
-def contents(path: Path) -> Contents:
+def contents(path: Path, thorough: bool = False) -> Contents:
     """What is inside: from the file's summary where it has a sound one, else by reading all of it.
+
+    Args:
+        path: the file.
+        thorough: read all of it in any case, so that a damaged chunk in the middle is found.
 
     Raises:
         FileError: no such file, or not an MCAP file.
     """
     path = Path(path)
     check_magic(path)
+    if thorough:
+        return _scanned_contents(path)
     try:
         return _indexed_contents(path)
     except (*_DAMAGE, OSError, StopIteration):
@@ -238,14 +248,24 @@ def _scanned_contents(path: Path) -> Contents:
     )
 
 
-def _described(path: Path) -> tuple[dict[int, records.Schema], dict[int, records.Channel]]:
-    """The schemas and channels repeated at the end of a whole file, should its first chunk be damaged."""
+def _described(
+    path: Path,
+) -> tuple[dict[int, records.Schema], dict[int, records.Channel], dict[int, set[int]]]:
+    """What the end of a whole file repeats: schemas, channels, and for each chunk's end the channels in it.
+
+    With it a damaged first chunk costs no more than its messages, and a chunk may be passed over.
+    """
     try:
         with path.open("rb") as stream:
             summary = SeekingReader(stream, record_size_limit=path.stat().st_size).get_summary()
     except (*_DAMAGE, OSError, StopIteration):
         summary = None
-    return (dict(summary.schemas), dict(summary.channels)) if summary else ({}, {})
+    if summary is None:
+        return {}, {}, {}
+    chunks = {
+        c.chunk_start_offset + c.chunk_length: set(c.message_index_offsets) for c in summary.chunk_indexes
+    }
+    return dict(summary.schemas), dict(summary.channels), chunks
 
 
 def _raw(message: records.Message, channel: records.Channel, schema: records.Schema | None) -> RawMessage:

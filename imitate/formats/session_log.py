@@ -164,6 +164,7 @@ class SessionWriter:
             self._now += round(event.record.steps * tick)
             steps = pack_record(event.record, (event.segment, event.formulation, event.trial))
             mcap.write(topic_of(TrialSteps), encode(steps, _MESSAGES), self._now)
+            mcap.flush()  # a chunk of its own, which who wants no steps need not unpack
         cost = event.cost
         values = (cost.total, cost.terminal, cost.acceleration, cost.gripper)
         mcap.write("/costs", curve_message("total, terminal, acceleration, gripper", values), self._now)

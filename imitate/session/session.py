@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import platform
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -20,11 +18,11 @@ from imitate.learning.reproduce import reproduce
 from imitate.learning.trials import Trials, process_pool
 from imitate.segmentation import apply_decisions, segment
 from imitate.session.source import Source, Watching, read_source
+from imitate.session.versions import versions
 from imitate.settings import Settings, to_toml
 from imitate.skill import Decision, Segment
 from imitate.world.scene import scene_of, shown_start
 
-_PACKAGES = ("imitate", "numpy", "scipy", "pybullet")
 _REPRODUCTION = 0xA11  # spawn key of the starts of the reproduction, beyond any segment's index
 
 
@@ -96,7 +94,7 @@ def _course(request: Request, source: Source, stack: ExitStack) -> Iterator[Even
     demonstration = in_table_frame(source.demonstration)
     scene = scene_of(demonstration, settings.world)
     toml = to_toml(settings)
-    yield events.SessionStarted(source.name, source.hash, seed, toml, _versions(), demonstration, scene)
+    yield events.SessionStarted(source.name, source.hash, seed, toml, versions(), demonstration, scene)
 
     found = segment(demonstration, settings.segmentation)
     yield events.Segmented(settings.segmentation.mode, found)
@@ -143,8 +141,3 @@ def _next_command(request: Request) -> str:
         f"Try another seed: imitate learn {request.source} --seed {request.seed + 1}; "
         f"or look at the segments and correct them: imitate tui {request.source}"
     )
-
-
-def _versions() -> dict[str, str]:
-    found = {name: version(name) for name in _PACKAGES}
-    return {**found, "python": platform.python_version(), "platform": platform.platform()}

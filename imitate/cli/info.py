@@ -1,0 +1,140 @@
+"""imitate info: what is inside a file, ours or another's, whole or damaged."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from imitate.cli import console
+
+if TYPE_CHECKING:
+    from imitate.formats.mcap_file import Contents
+
+_SMALL = 1 << 27
+"""bytes up to which a file is read whole, so that damage in its middle is found too."""
+
+
+def info(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Any MCAP file, or a demonstration in NPZ.")],
+    as_json: console.Json = False,
+) -> None:
+    """Say what is inside a file; exit code 3 when it is damaged."""
+    from imitate.errors import FileError
+    from imitate.formats.kind import kind_of
+    from imitate.formats.mcap_file import contents
+
+    found: dict[str, Any] = {"file": str(file), "kind": "other"}
+    try:
+        inside = contents(file, thorough=file.exists() and file.stat().st_size <= _SMALL)
+    except FileError:
+        inside = None
+    try:
+        found["kind"] = kind_of(file)
+    except FileError:
+        if inside is None:
+            raise
+    if inside is not None:
+        found |= _mcap(file, inside)
+    if found["kind"] == "session":
+        found |= _session(file)
+    elif found["kind"] == "demonstration" and not found.get("damage"):
+        found |= _demonstration(file)
+    console.write_json(found) if as_json else _show(found)
+    if found.get("damage"):
+        raise typer.Exit(console.Exit.LOSSY)
+
+
+def _mcap(file: Path, inside: Contents) -> dict[str, Any]:
+    return {
+        "bytes": file.stat().st_size,
+        "seconds": (inside.end - inside.start) / 1e9,
+        "damage": list(inside.damage),
+        "topics": {name: {"schema": s, "messages": count} for name, (s, count) in inside.topics.items()},
+        "metadata": sorted(inside.metadata),
+        "attachments": list(inside.attachments),
+    }
+
+
+def _session(file: Path) -> dict[str, Any]:
+    from imitate.events import SessionStarted
+    from imitate.formats.session_log import read_session, summarise
+
+    summary = summarise(file)
+    found: dict[str, Any] = {
+        "complete": summary.complete,
+        "trials": summary.trials,
+        "seconds": summary.seconds,
+        "imitate": summary.version,
+    }
+    started = next(iter(read_session(file, steps=False)), None)
+    if isinstance(started, SessionStarted):
+        found |= {
+            "source": started.source,
+            "source_hash": started.source_hash,
+            "seed": started.seed,
+            "objects": list(started.scene.object_names),
+            "robot": started.scene.robot,
+            "versions": dict(started.versions),
+        }
+    return found
+
+
+def _demonstration(file: Path) -> dict[str, Any]:
+    import numpy as np
+
+    from imitate.formats.demonstrations import read_demonstration
+
+    shown = read_demonstration(file)
+    sizes = [None if np.isnan(size).any() else size.tolist() for size in shown.object_sizes]
+    return {
+        "frames": len(shown.t),
+        "seconds": shown.duration,
+        "objects": [
+            {"name": name, "size": size} for name, size in zip(shown.object_names, sizes, strict=True)
+        ],
+    }
+
+
+def _show(found: dict[str, Any]) -> None:
+    from rich.table import Table
+
+    facts = Table(show_header=False, box=None)
+    for name in (
+        "file",
+        "kind",
+        "source",
+        "seed",
+        "complete",
+        "trials",
+        "frames",
+        "bytes",
+        "robot",
+        "imitate",
+    ):
+        if name in found:
+            value = found[name]
+            facts.add_row(name, f"{value:,}" if type(value) is int and name != "seed" else str(value))
+    if "seconds" in found:
+        facts.add_row("seconds", f"{found['seconds']:.3f}")
+    for thing in found.get("objects", ()):
+        facts.add_row("object", thing if isinstance(thing, str) else _object(thing))
+    for damage in found.get("damage", ()):
+        facts.add_row("damage", damage)
+    console.tables().print(facts)
+    if found.get("topics"):
+        topics = Table("topic", "messages", "schema", box=None)
+        topics.columns[1].justify = "right"
+        for name, topic in found["topics"].items():
+            topics.add_row(name, f"{topic['messages']:,}", topic["schema"])
+        console.tables().print(topics)
+
+
+def _object(thing: dict[str, Any]) -> str:
+    size = (
+        " × ".join(f"{edge * 1000:.0f}" for edge in thing["size"]) + " mm"
+        if thing["size"]
+        else "size unknown"
+    )
+    return f"{thing['name']}, {size}"

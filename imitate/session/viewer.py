@@ -1,0 +1,240 @@
+"""A session as a Rerun recording: every step, by columns, a trial at a time. Only this file imports rerun.
+
+Entities::
+
+    world/hand, world/objects/NAME                  poses; the objects as boxes of their size
+    demonstration/hand, demonstration/objects/NAME  what was shown, on the same clock, before the first trial
+    robot/positions, robot/velocities               of each joint, rad and m, rad/s and m/s
+    robot/commands                                  joint targets
+    gripper/force                                   the commanded force in N; 0 is open
+    contact/NAME                                    sum of the normal forces on an object, N
+    costs/skill_I/formulation_K/PURPOSE             total cost of each trial
+    log                                             what was decided and why
+
+Timelines: "time", simulated seconds as in the session's log, and "trial", counting through the session.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imitate.events import (
+    Converged,
+    Decided,
+    Evaluated,
+    Event,
+    FormulationStarted,
+    OptionLearned,
+    Reformulated,
+    Reproduced,
+    Segmented,
+    SessionFinished,
+    SessionStarted,
+    TrialFinished,
+)
+from imitate.formats.output import refuse_existing
+from imitate.geometry import Array
+from imitate.record import SceneSpec, TrialRecord
+
+if TYPE_CHECKING:
+    import rerun as rr
+
+APPLICATION = "imitate"
+_AXIS = 0.06
+"""m, length of the axes drawn at the hand."""
+
+
+class Viewer:
+    """Writes an ``.rrd`` file while a session runs; a listener of the session's events.
+
+    Nothing is sent anywhere: only the viewer program of Rerun can, and it is not started.
+
+    Args:
+        path: the new file.
+        force: replace what is there.
+
+    Raises:
+        FileError: the file exists and ``force`` is not given.
+    """
+
+    def __init__(self, path: Path | str, force: bool = False) -> None:
+        self.path = Path(path)
+        refuse_existing(self.path, force)
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        self._recording: rr.RecordingStream | None = None
+        self._scene: SceneSpec
+        self._time = 0.0
+        self._trials = 0
+
+    def write(self, event: Event) -> None:
+        """Adds one event; those before SessionStarted are not shown."""
+        if isinstance(event, SessionStarted):
+            self._start(event)
+        if self._recording is None:
+            return
+        if isinstance(event, TrialFinished):
+            self._show_trial(self._recording, event)
+        elif text := _in_words(event):
+            self._say(self._recording, text, "WARN" if isinstance(event, Reformulated) else "INFO")
+
+    def close(self) -> None:
+        """Finishes the file."""
+        if self._recording is not None:
+            self._recording.disconnect()
+            self._recording = None
+
+    def __enter__(self) -> Viewer:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _start(self, event: SessionStarted) -> None:
+        import rerun as rr
+
+        rr.set_strict_mode(True)  # else a mistake here would be a line in a log that nobody reads
+        self._scene = event.scene
+        identity = f"{event.source} seed {event.seed} {event.source_hash[:8]}"
+        self._recording = rr.RecordingStream(APPLICATION, recording_id=identity, send_properties=False)
+        self._recording.save(self.path, default_blueprint=_blueprint())
+        _draw_scene(self._recording, event.scene)
+        demonstration = event.demonstration
+        times = demonstration.t - demonstration.t[0]
+        bodies = {"hand": demonstration.hand}
+        for k, name in enumerate(demonstration.object_names):
+            bodies[f"objects/{name}"] = demonstration.objects[:, k]
+        for name, poses in bodies.items():
+            _send_poses(self._recording, f"demonstration/{name}", _clock(times), poses)
+        self._time = float(times[-1])
+        self._say(self._recording, f"{event.source}, seed {event.seed}", "INFO")
+
+    def _say(self, recording: rr.RecordingStream, text: str, level: str) -> None:
+        import rerun as rr
+
+        recording.set_time("time", duration=self._time)
+        recording.log("log", rr.TextLog(text, level=level))
+
+    def _show_trial(self, recording: rr.RecordingStream, event: TrialFinished) -> None:
+        import rerun as rr
+
+        if event.record is not None:
+            _send_record(recording, event.record, self._scene.object_names, self._time)
+            self._time += event.record.steps * event.record.time_step
+        here = [
+            rr.TimeColumn("time", duration=[self._time]),
+            rr.TimeColumn("trial", sequence=[self._trials]),
+        ]
+        entity = f"costs/skill_{event.segment + 1}/formulation_{event.formulation + 1}/{event.purpose}"
+        recording.send_columns(entity, here, rr.Scalars.columns(scalars=[event.cost.total]))
+        self._trials += 1
+
+
+def write_view(events: Iterable[Event], path: Path | str, force: bool = False) -> None:
+    """A Rerun file of events that are over; errors as in `Viewer`."""
+    with Viewer(path, force) as viewer:
+        for event in events:
+            viewer.write(event)
+
+
+def _blueprint() -> Any:
+    import rerun.blueprint as rrb
+
+    return rrb.Blueprint(
+        rrb.Horizontal(
+            rrb.Vertical(
+                rrb.Spatial3DView(origin="world", name="Trials"),
+                rrb.TextLogView(origin="log", name="Decisions"),
+                row_shares=[3, 1],
+            ),
+            rrb.Vertical(
+                rrb.TimeSeriesView(origin="costs", name="Costs"),
+                rrb.TimeSeriesView(contents=["gripper/**", "contact/**"], name="Forces (N)"),
+                rrb.TimeSeriesView(origin="robot/positions", name="Joints (rad, m)"),
+            ),
+        )
+    )
+
+
+def _draw_scene(recording: rr.RecordingStream, scene: SceneSpec) -> None:
+    import rerun as rr
+
+    recording.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+    colours = [[230, 70, 70], [70, 190, 90], [80, 120, 235]]
+    axes = rr.Arrows3D(vectors=np.eye(3) * _AXIS, colors=colours)
+    for root in ("world", "demonstration"):
+        recording.log(f"{root}/hand", axes, static=True)
+        for name, size in zip(scene.object_names, scene.object_sizes, strict=True):
+            if not np.isnan(size).any():
+                box = rr.Boxes3D(half_sizes=[size / 2], labels=[name])
+                recording.log(f"{root}/objects/{name}", box, static=True)
+    joints = [f"joint {j}" for j in range(len(scene.home))]
+    for entity in ("robot/positions", "robot/velocities", "robot/commands"):
+        recording.log(entity, rr.SeriesLines(names=joints), static=True)
+
+
+def _send_record(
+    recording: rr.RecordingStream, record: TrialRecord, names: Sequence[str], start: float
+) -> None:
+    clock = _clock(start + (np.arange(record.steps) + 1) * record.time_step)
+    _send_poses(recording, "world/hand", clock, record.hand_poses)
+    for k, name in enumerate(names):
+        _send_poses(recording, f"world/objects/{name}", clock, record.object_poses[:, k])
+        _send_curves(recording, f"contact/{name}", clock, record.contact_forces[:, k : k + 1])
+    _send_curves(recording, "robot/positions", clock, record.joint_positions)
+    _send_curves(recording, "robot/velocities", clock, record.joint_velocities)
+    ticks = _clock(start + np.arange(len(record.commands)) * (record.control_every * record.time_step))
+    _send_curves(recording, "robot/commands", ticks, record.commands[:, :-1])
+    _send_curves(recording, "gripper/force", ticks, record.commands[:, -1:])
+
+
+def _clock(seconds: NDArray[Any]) -> Any:
+    import rerun as rr
+
+    return rr.TimeColumn("time", duration=seconds)
+
+
+def _send_poses(recording: rr.RecordingStream, entity: str, clock: Any, poses: Array) -> None:
+    import rerun as rr
+
+    columns = rr.Transform3D.columns(translation=poses[:, :3], quaternion=poses[:, 3:])
+    recording.send_columns(entity, [clock], columns)
+
+
+def _send_curves(recording: rr.RecordingStream, entity: str, clock: Any, values: Array) -> None:
+    import rerun as rr
+
+    columns = rr.Scalars.columns(scalars=values.ravel()).partition([values.shape[1]] * len(values))
+    recording.send_columns(entity, [clock], columns)
+
+
+def _in_words(event: Event) -> str:
+    match event:
+        case Segmented():
+            return "segments: " + "; ".join(str(s.abstraction) for s in event.segments)
+        case Decided():
+            return f"the operator decided: {event.decision.kind} of segment {event.decision.segment + 1}"
+        case FormulationStarted():
+            f = event.formulation
+            return f"skill {f.segment + 1}: {f.abstraction}, actions {' and '.join(f.actions)}: {f.reason}"
+        case Converged() | Reformulated():
+            return f"skill {event.segment + 1}: {event.reason}"
+        case Evaluated():
+            rate = f"{event.successes} of {event.trials}, {event.low:.0%} to {event.high:.0%}"
+            verdict = "accepted" if event.accepted else "not accepted"
+            return f"skill {event.segment + 1}: success in {rate}: {verdict}"
+        case OptionLearned():
+            return f"skill {event.segment + 1} is learned"
+        case Reproduced():
+            return f"the whole task: success in {event.successes} of {event.trials}"
+        case SessionFinished():
+            return "reproduced" if event.reproduced else f"not reproduced. {event.advice}"
+        case _:
+            return ""

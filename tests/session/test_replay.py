@@ -1,0 +1,203 @@
+"""Replay: nothing differs where nothing was changed, and one unit in the last place is found where it is."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import recorded
+import scripted
+
+from imitate.demonstration import Demonstration
+from imitate.errors import FileError
+from imitate.events import SessionStarted, TrialFinished
+from imitate.formats.session_log import SessionWriter
+from imitate.geometry import resample
+from imitate.record import TrialRecord
+from imitate.session.replay import column_names, differences, replay
+from imitate.session.versions import versions
+from imitate.settings import Settings, to_toml
+from imitate.world.scene import World, scene_of, shown_start
+from imitate.world.trial import Simulator
+
+STEPS = 240
+
+
+@pytest.fixture(scope="module")
+def started(short_demonstration: Demonstration) -> SessionStarted:
+    settings = Settings()
+    scene = scene_of(short_demonstration, settings.world)
+    plain = scripted.started()
+    return replace(
+        plain,
+        settings=to_toml(settings),
+        versions=versions(),
+        demonstration=short_demonstration,
+        scene=scene,
+    )
+
+
+@pytest.fixture(scope="module")
+def simulator(started: SessionStarted) -> Iterator[Simulator]:
+    simulator = Simulator(World(started.scene, Settings().world), Settings())
+    yield simulator
+    simulator.close()
+
+
+def grasp(simulator: Simulator, started: SessionStarted, lift: float) -> TrialRecord:
+    """A real trial: the gripper closes around the block's place and goes where the person's hand went."""
+    shown = started.demonstration
+    hand = resample(shown.t, shown.hand, np.arange(STEPS // 4) / 60 * lift)
+    joints = simulator.arm.solve(started.scene.base, hand, started.scene.home[:7]).joints
+    forces = np.where(np.arange(STEPS // 4) > 10, 20.0, 0.0)
+    objects = len(started.scene.object_names)
+    nothing = np.zeros((STEPS, 9))
+    asked = TrialRecord(
+        start=shown_start(started.scene),
+        time_step=1 / 240,
+        control_every=4,
+        option_starts=(0,),
+        commands=np.column_stack([joints, forces]),
+        joint_positions=nothing,
+        joint_velocities=nothing,
+        hand_poses=nothing[:, :7],
+        object_poses=np.zeros((STEPS, objects, 7)),
+        object_velocities=np.zeros((STEPS, objects, 6)),
+        contact_forces=np.zeros((STEPS, objects)),
+    )
+    return simulator.resimulate(asked)
+
+
+@pytest.fixture(scope="module")
+def trials(simulator: Simulator, started: SessionStarted) -> list[TrialFinished]:
+    return [
+        replace(
+            scripted.trial(1, 0, number, "explore", 0, 20.0, ""),
+            record=grasp(simulator, started, 1 + number / 4),
+        )
+        for number in range(3)
+    ]
+
+
+def session(path: Path, started: SessionStarted, trials: list[TrialFinished]) -> Path:
+    with SessionWriter(path) as log:
+        for event in (started, *trials):
+            log.write(event)
+    return path
+
+
+def nudged(trial: TrialFinished, field: str, index: tuple[int, ...]) -> TrialFinished:
+    """The trial with one recorded double changed by one unit in the last place."""
+    assert trial.record is not None
+    values = np.array(getattr(trial.record, field))
+    values[index] = np.nextafter(values[index], np.inf)
+    return replace(trial, record=replace(trial.record, **{field: values}))
+
+
+def test_an_unchanged_session_has_no_divergent_step(
+    tmp_path: Path, started: SessionStarted, trials: list[TrialFinished]
+) -> None:
+    done: list[tuple[int, int]] = []
+    path = session(tmp_path / "s.mcap", started, trials)
+    report = replay(path, progress=lambda trial, of: done.append((trial, of)))
+    assert (report.steps, report.divergent, report.first_divergence) == (3 * STEPS, 0, None)
+    assert done == [(1, 3), (2, 3), (3, 3)]
+    contact = trials[0].record
+    assert contact is not None
+    assert contact.contact_forces.max() > 0, "a replay without contact would show little"
+
+
+@pytest.mark.parametrize(
+    ("field", "index", "name"),
+    [
+        ("joint_positions", (17, 3), "joint_positions[3]"),
+        ("joint_velocities", (0, 8), "joint_velocities[8]"),
+        ("hand_poses", (100, 6), "hand_poses.qw"),
+        ("object_poses", (STEPS - 1, 0, 2), "object_poses[{0}].z"),
+        ("object_poses", (50, 1, 4), "object_poses[{1}].qy"),
+        ("object_velocities", (31, 1, 3), "object_velocities[{1}].wx"),
+        ("contact_forces", (200, 0), "contact_forces[{0}]"),
+    ],
+)
+def test_one_unit_in_the_last_place_is_named(
+    tmp_path: Path,
+    started: SessionStarted,
+    trials: list[TrialFinished],
+    field: str,
+    index: tuple[int, ...],
+    name: str,
+) -> None:
+    changed = nudged(trials[1], field, index)
+    report = replay(session(tmp_path / "s.mcap", started, [trials[0], changed, trials[2]]))
+    first = report.first_divergence
+    assert first is not None
+    assert (first.step, first.segment, first.trial) == (index[0], 1, 1)
+    assert first.field == name.format(*started.scene.object_names)
+    assert first.recorded == np.nextafter(first.replayed, np.inf)
+    assert report.divergent == 1
+    assert report.steps == 3 * STEPS
+
+
+def test_a_changed_command_diverges_from_its_step_on(
+    tmp_path: Path, started: SessionStarted, trials: list[TrialFinished]
+) -> None:
+    record = trials[0].record
+    assert record is not None
+    commands = np.array(record.commands)
+    commands[20, 0] += 1e-9
+    changed = replace(trials[0], record=replace(record, commands=commands))
+    report = replay(session(tmp_path / "s.mcap", started, [changed]))
+    assert report.first_divergence is not None
+    assert report.first_divergence.step == 80
+    assert report.divergent > 100
+
+
+def test_two_workers_report_the_same(
+    tmp_path: Path, started: SessionStarted, trials: list[TrialFinished]
+) -> None:
+    changed = nudged(trials[2], "joint_positions", (5, 0))
+    path = session(tmp_path / "s.mcap", started, [*trials[:2], changed])
+    assert replay(path, workers=2) == replay(path)
+
+
+def test_a_machine_that_differs_is_named(
+    tmp_path: Path, started: SessionStarted, trials: list[TrialFinished]
+) -> None:
+    elsewhere = replace(started, versions={**started.versions, "pybullet": "3.0.0"})
+    report = replay(session(tmp_path / "s.mcap", elsewhere, [nudged(trials[0], "hand_poses", (0, 0))]))
+    assert report.machine == (f"recorded with pybullet 3.0.0, replayed with {versions()['pybullet']}",)
+
+
+def test_comparison_is_by_bits() -> None:
+    record = recorded.record(steps=4)
+    forces = np.array(record.contact_forces)
+    forces[:] = 0.0
+    forces[2, 1] = np.nan
+    record = replace(record, contact_forces=forces)
+    assert not differences(record, record).any()
+    minus = forces.copy()
+    minus[3, 0] = -0.0
+    step, column = np.argwhere(differences(record, replace(record, contact_forces=minus)))[0]
+    assert step == 3
+    assert column_names(record, ("blue", "green"))[column] == "contact_forces[blue]"
+
+
+def test_a_cut_session_replays_what_is_whole(
+    tmp_path: Path, started: SessionStarted, trials: list[TrialFinished]
+) -> None:
+    whole = session(tmp_path / "s.mcap", started, trials).read_bytes()
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(whole[: int(len(whole) * 0.7)])
+    report = replay(cut)
+    assert 0 < report.steps < 3 * STEPS
+    assert report.divergent == 0
+    assert "the end of the file is missing" in report.damage[0]
+
+
+def test_without_steps_there_is_nothing_to_replay(
+    tmp_path: Path, started: SessionStarted, trials: list[TrialFinished]
+) -> None:
+    bare = [replace(trial, record=None) for trial in trials]
+    with pytest.raises(FileError, match=r"s.mcap: holds no steps of its 3 trials"):
+        replay(session(tmp_path / "s.mcap", started, bare))

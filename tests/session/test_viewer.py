@@ -1,0 +1,116 @@
+"""The Rerun file, read back with Rerun's own reader."""
+
+import sys
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pytest
+import recorded
+import rerun.chunk
+import scripted
+
+from imitate.errors import FileError
+from imitate.events import TrialFinished
+from imitate.formats.session_log import SessionWriter
+from imitate.session.viewer import Viewer, write_view
+
+STEPS = 20
+
+
+@pytest.fixture(scope="module")
+def chunks(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[pa.RecordBatch]]:
+    path = tmp_path_factory.mktemp("view") / "s.rrd"
+    write_view(recorded.session(STEPS), path)
+    return read(rerun.chunk.RrdReader(str(path)))
+
+
+def read(reader: rerun.chunk.RrdReader | rerun.chunk.McapReader) -> dict[str, list[pa.RecordBatch]]:
+    found: dict[str, list[pa.RecordBatch]] = {}
+    for chunk in reader.stream():
+        found.setdefault(str(chunk.entity_path), []).append(chunk.to_record_batch())
+    return found
+
+
+def column(batches: list[pa.RecordBatch], name: str) -> list[object]:
+    return [value for b in batches if name in b.schema.names for value in b.column(name).to_pylist()]
+
+
+def trials() -> list[TrialFinished]:
+    return [event for event in recorded.session(STEPS) if isinstance(event, TrialFinished)]
+
+
+def test_every_step_of_every_trial_is_there(chunks: dict[str, list[pa.RecordBatch]]) -> None:
+    records = [trial.record for trial in trials() if trial.record]
+    steps = sum(record.steps for record in records)
+    positions = np.array(column(chunks["/robot/positions"], "Scalars:scalars"))
+    expected = np.concatenate([record.joint_positions for record in records])
+    assert positions.shape == (steps, 9)
+    order = np.argsort(column(chunks["/robot/positions"], "time"))
+    np.testing.assert_array_equal(positions[order], expected)
+    hand = np.array(column(chunks["/world/hand"], "Transform3D:translation"))[:, 0]
+    shown = np.concatenate([record.hand_poses[:, :3] for record in records])
+    order = np.argsort(column(chunks["/world/hand"], "time"))
+    np.testing.assert_array_equal(hand[order], shown.astype(np.float32))
+
+
+def test_time_is_the_logs_clock(chunks: dict[str, list[pa.RecordBatch]]) -> None:
+    seconds = np.sort([t.total_seconds() for t in column(chunks["/contact/blue"], "time")])  # type: ignore[attr-defined]
+    duration = scripted.demonstration().duration
+    expected = duration + (np.arange(len(seconds)) + 1) / 240
+    np.testing.assert_allclose(seconds, expected, atol=1e-5)
+
+
+def test_objects_are_boxes_of_their_size(chunks: dict[str, list[pa.RecordBatch]]) -> None:
+    half = column(chunks["/world/objects/blue"], "Boxes3D:half_sizes")
+    np.testing.assert_allclose(half[0], [[0.02, 0.02, 0.02]], rtol=1e-6)  # type: ignore[arg-type]
+    assert len(column(chunks["/demonstration/objects/green"], "Transform3D:quaternion")) == 361
+
+
+def test_costs_are_curves_by_skill_and_formulation(chunks: dict[str, list[pa.RecordBatch]]) -> None:
+    counts = Counter((t.segment, t.formulation, t.purpose) for t in trials())
+    for (segment, formulation, purpose), count in counts.items():
+        entity = f"/costs/skill_{segment + 1}/formulation_{formulation + 1}/{purpose}"
+        assert len(column(chunks[entity], "Scalars:scalars")) == count
+    first = column(chunks["/costs/skill_1/formulation_1/explore"], "Scalars:scalars")
+    assert sorted(first, reverse=True) == [[9.0], [8.75], [8.5], [7.5], [7.25]]  # type: ignore[type-var]
+
+
+def test_decisions_are_in_words(chunks: dict[str, list[pa.RecordBatch]]) -> None:
+    said = [text[0] for text in column(chunks["/log"], "TextLog:text")]  # type: ignore[index]
+    assert f"skill 2: {scripted.FAILED}" in said
+    assert said[-1] == "reproduced"
+
+
+def test_never_over_an_existing_file(tmp_path: Path) -> None:
+    path = tmp_path / "s.rrd"
+    path.write_text("mine")
+    with pytest.raises(FileError, match=r"s.rrd: exists already\. .*--force"):
+        Viewer(path)
+    assert path.read_text() == "mine"
+
+
+def test_rerun_decodes_the_log_itself_with_no_plug_in(tmp_path: Path) -> None:
+    path = tmp_path / "s.mcap"
+    with SessionWriter(path) as log:
+        for event in recorded.session(STEPS):
+            log.write(event)
+    found = read(rerun.chunk.McapReader(str(path)))
+    costs = column(found["/costs"], "Scalars:scalars")
+    assert costs[0] == [9.0, 3.75, 0.25, 5.0]
+    assert len(costs) == len(trials())
+    assert {"hand", "blue", "green"} == {
+        frame[0]  # type: ignore[index]
+        for frame in column(found["/tf"], "Transform3D:child_frame")
+    }
+    assert len(column(found["/demonstration/hand"], "InstancePoses3D:translations")) == 361
+    reproduced = column(found["/imitate/reproduced"], "imitate.Reproduced:message")
+    assert reproduced[0][0]["successes"] == 18  # type: ignore[index]
+
+
+def test_rerun_is_imported_late() -> None:
+    import subprocess
+
+    code = "import sys, imitate.session.viewer; sys.exit('rerun' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
