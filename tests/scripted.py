@@ -82,10 +82,10 @@ def attempt(
 ) -> Iterator[events.Event]:
     """One formulation from its start to its evaluation: an update after every fifth trial."""
     i, k = formulation.segment, formulation.index
-    failure = "" if successes else "the block did not follow the hand"
+    failure = "the block did not follow the hand"
     yield events.FormulationStarted(formulation)
     for n, total in enumerate(costs):
-        yield trial(i, k, n, "explore", n // 5, total, "" if total < 20 else failure)
+        yield trial(i, k, n, "explore", n // 5, total, "" if total < 20 and successes else failure)
         if n % 5 == 4:
             yield events.PolicyUpdated(i, k, n // 5 + 1, POLICY, min(costs[: n + 1]))
     yield events.Converged(i, k, len(costs) // 5, "two updates differed by less than 3")

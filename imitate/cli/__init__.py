@@ -16,6 +16,7 @@ from imitate.cli.observe import observe
 from imitate.cli.replay import replay
 from imitate.cli.reproduce import reproduce
 from imitate.cli.segment import segment
+from imitate.cli.tui import tui
 
 app = typer.Typer(
     name="imitate",
@@ -26,6 +27,7 @@ app = typer.Typer(
 )
 
 VERBS: tuple[Callable[..., None], ...] = (
+    tui,
     demonstrate,
     observe,
     segment,

@@ -37,13 +37,13 @@ def learn(
     """Learn a task from one demonstration and reproduce it; exit code 3 when it was not reproduced."""
     import os
 
-    from imitate.formats.output import refuse_existing
+    from imitate.formats.output import free_name, refuse_existing
     from imitate.session.progress import Progress, learn_report
     from imitate.session.session import Request, run
     from imitate.settings import load_settings
 
     settings = load_settings(settings_file, {"mode": mode} if mode else None)
-    log = output or _free_name(file, seed)
+    log = output or free_name(Path("sessions"), f"{file.stem}-{seed}", ".mcap")
     viewed = log.with_suffix(".rrd") if rrd else None
     for path in filter(None, (log, viewed)):
         refuse_existing(path, force)
@@ -66,13 +66,6 @@ def learn(
     if progress.finished and not progress.finished.reproduced:
         console.narrate(progress.finished.advice)
         raise typer.Exit(console.Exit.LOSSY)
-
-
-def _free_name(file: Path, seed: int) -> Path:
-    # A session is never written over; without a name given, the next free one is taken.
-    folder, stem = Path("sessions"), f"{file.stem}-{seed}"
-    names = [folder / f"{stem}.mcap", *(folder / f"{stem}-{n}.mcap" for n in range(2, 1000))]
-    return next((name for name in names if not name.exists()), names[0])
 
 
 def _state(progress: Progress, event: Event) -> dict[str, Any]:

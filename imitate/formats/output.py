@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import count
 from pathlib import Path
 
 from imitate.errors import FileError
@@ -39,3 +40,9 @@ def refuse_existing(path: Path, force: bool = False) -> None:
         raise FileError(path, "is a folder", "Give the name of a file.")
     if path.exists() and not force:
         raise FileError(path, "exists already", "Choose another name, or overwrite it with --force.")
+
+
+def free_name(folder: Path, stem: str, suffix: str) -> Path:
+    """The first of stem, stem-2, stem-3 … in ``folder`` that does not exist yet."""
+    names = (f"{stem}{'' if n == 1 else f'-{n}'}{suffix}" for n in count(1))
+    return next(path for name in names if not (path := folder / name).exists())

@@ -1,0 +1,37 @@
+"""``imitate tui``: the guided session in the terminal."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from imitate.cli.console import Seed, SettingsFile, Workers
+
+
+def tui(
+    file: Annotated[
+        Path | None, typer.Argument(metavar="[FILE]", help="A recording, a demonstration or a session.")
+    ] = None,
+    seed: Seed = 0,
+    workers: Workers = None,
+    settings: SettingsFile = None,
+) -> None:
+    """The guided session: see every step, overrule it where it is wrong."""
+    import os
+    import sys
+
+    from imitate.cli import console
+    from imitate.errors import UsageError
+    from imitate.settings import load_settings
+
+    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+        raise UsageError("imitate tui needs a terminal. Without one: imitate learn FILE.")
+    chosen = load_settings(settings)
+    from imitate.tui.app import ImitateApp
+
+    app = ImitateApp(file, chosen, seed, workers or os.cpu_count() or 1)
+    app.run()
+    if app.state.running:
+        console.narrate("finishing the present trial …")

@@ -1,0 +1,272 @@
+"""The application: holds the state, starts the work, shows the steps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from textual import on, work
+from textual.app import App
+from textual.binding import Binding
+from textual.worker import get_current_worker
+
+from imitate.errors import ImitateError
+from imitate.formats.output import free_name
+from imitate.settings import Settings
+from imitate.tui import intents
+from imitate.tui.engine import Engine, Task
+from imitate.tui.state import State, Step
+from imitate.tui.step import StepScreen
+
+REDRAW = 0.1
+"""s between two drawings: events are folded as they come, but drawn at most so often."""
+
+
+class ImitateApp(App[None]):
+    """The guided session."""
+
+    TITLE = "imitate"
+    CSS_PATH = "app.tcss"
+    VERTICAL_BREAKPOINTS = [(0, "-short"), (34, "-tall")]
+    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (110, "-wide")]
+    BINDINGS = [
+        Binding("f1,question_mark", "help", "help", id="app.help", key_display="?",
+                tooltip="What this step is for, and every key"),
+        Binding("ctrl+t", "light_or_dark", "theme", id="app.theme", show=False, tooltip="Light or dark"),
+        Binding("q", "leave", "quit", id="app.quit", tooltip="Quit; asks first while learning"),
+    ]  # fmt: skip
+
+    def __init__(
+        self,
+        source: Path | None = None,
+        settings: Settings | None = None,
+        seed: int = 0,
+        workers: int = 1,
+        engine: Engine | None = None,
+        root: Path | None = None,
+    ) -> None:
+        super().__init__()
+        self.engine = engine or Engine()
+        self.root = root or Path.cwd()
+        self.state = State(settings or Settings(), seed, workers)
+        self._source = source
+        self._changed = False
+
+    def on_mount(self) -> None:
+        """The first step, then the file that was given."""
+        self.show("load")
+        self.set_interval(REDRAW, self._draw)
+        if self._source:
+            self.post_message(intents.Open(self._source))
+
+    def show(self, step: Step) -> None:
+        """Show a step's screen, made when it is first shown."""
+        if step not in self._installed_screens:
+            self.install_screen(self._make(step), step)
+        if len(self.screen_stack) > 1:
+            self.switch_screen(step)
+        else:
+            self.push_screen(step)
+
+    def _make(self, step: Step) -> StepScreen:
+        if step == "load":
+            from imitate.tui.load import LoadScreen
+
+            return LoadScreen(self.state, self.engine, self.root)
+        if step == "observe":
+            from imitate.tui.observe import ObserveScreen
+
+            return ObserveScreen(self.state)
+        if step == "review":
+            from imitate.tui.review import ReviewScreen
+
+            return ReviewScreen(self.state)
+        if step == "learn":
+            from imitate.tui.learn import LearnScreen
+
+            return LearnScreen(self.state)
+        from imitate.tui.done import DoneScreen
+
+        return DoneScreen(self.state)
+
+    def _draw(self) -> None:
+        if self._changed and isinstance(self.screen, StepScreen):
+            self._changed = False
+            self.screen.draw()
+
+    def notice(self, error: str) -> None:
+        """An error, as words with a remedy."""
+        self.notify(error, title="✗", severity="error", timeout=15, markup=False)
+
+    @on(intents.Go)
+    def _go(self, message: intents.Go) -> None:
+        if message.step == "load":
+            self.workers.cancel_group(self, "open")
+        self.show(message.step)
+
+    @on(intents.Open)
+    def _open(self, message: intents.Open) -> None:
+        if self.state.running:
+            self.notice("Learning runs. Stop it first (s in Learn), then open another file.")
+        else:
+            self._read(message.path)
+
+    @work(thread=True, exclusive=True, group="open", exit_on_error=False)
+    def _read(self, path: Path) -> None:
+        try:
+            kind = self.engine.kind_of(path)
+            if kind == "recording":
+                self.post_message(intents.Recording(path))
+            elif kind == "session":
+                self.post_message(intents.Recorded(path, tuple(self.engine.recorded(path))))
+            else:
+                demonstration = self.engine.read(path)
+                segments = self.engine.cut(demonstration, self.state.settings)
+                self.post_message(intents.Opened(path, kind, demonstration, segments))
+        except Exception as error:
+            self.post_message(intents.Failed("open", in_words(error)))
+
+    @on(intents.Opened)
+    def _opened(self, message: intents.Opened) -> None:
+        if message.kind != "recording":
+            self.state.open(message.source, message.kind)
+        self.state.show(message.demonstration, message.segments)
+        self.state.lost = message.lost
+        self.show("review")
+
+    @on(intents.Recorded)
+    def _recorded(self, message: intents.Recorded) -> None:
+        self.state.open(message.source, "session")
+        for event in message.events:
+            self.state.fold(event)
+        self.state.show_recorded(message.source)
+        self.show("done")
+
+    @on(intents.Recording)
+    def _recording(self, message: intents.Recording) -> None:
+        self.state.open(message.source, "recording")
+        self.show("observe")
+        self._observe(message.source)
+
+    @work(thread=True, exclusive=True, group="open", exit_on_error=False)
+    def _observe(self, path: Path) -> None:
+        state = self.state
+        task = Task(path, state.settings, state.seed, state.workers, (), path)
+        worker = get_current_worker()
+        try:
+            for seen in self.engine.observe(task, lambda: worker.is_cancelled or not self.is_running):
+                if worker.is_cancelled:
+                    continue
+                if isinstance(seen, float):
+                    self.post_message(intents.Tracked(seen))
+                    continue
+                segments = self.engine.cut(seen.demonstration, state.settings)
+                opened = intents.Opened(path, "recording", seen.demonstration, segments, seen.lost)
+                self.post_message(opened)
+        except Exception as error:
+            self.post_message(intents.Failed("observe", in_words(error)))
+
+    @on(intents.Tracked)
+    def _tracked(self, message: intents.Tracked) -> None:
+        self.state.observed = message.share
+        self._changed = True
+
+    @on(intents.Decide)
+    def _decide(self, message: intents.Decide) -> None:
+        state = self.state
+        if not state.editable or state.demonstration is None:
+            return
+        decisions = (*state.decisions, message.decision)
+        try:
+            segments = self.engine.decide(state.found, decisions, state.demonstration, state.settings)
+        except ImitateError as error:
+            self.notice(str(error))
+            return
+        state.decide(message.decision, segments)
+        self._changed = True
+
+    @on(intents.Learn)
+    def _start(self) -> None:
+        state = self.state
+        if state.running or state.kind == "session" or state.source is None:
+            return
+        log = free_name(self.root / "sessions", f"{state.source.stem}-{state.seed}", ".mcap")
+        state.begin(log)
+        self.show("learn")
+        self._learn(Task(state.source, state.settings, state.seed, state.workers, state.decisions, log))
+
+    @work(thread=True, exclusive=True, group="learn", exit_on_error=False)
+    def _learn(self, task: Task) -> None:
+        try:
+            task.log.parent.mkdir(exist_ok=True)
+            for event in self.engine.learn(task, lambda: self.state.stopping or not self.is_running):
+                if isinstance(event, float):
+                    self.post_message(intents.Tracked(event))
+                else:
+                    self.post_message(intents.Happened(event))
+        except Exception as error:
+            self.post_message(intents.Failed("learn", in_words(error)))
+        self.post_message(intents.Ended())
+
+    @on(intents.Happened)
+    def _happened(self, message: intents.Happened) -> None:
+        self.state.fold(message.event)
+        self._changed = True
+
+    @on(intents.Stop)
+    def _stop(self) -> None:
+        self.state.stopping = self.state.running
+        self._changed = True
+
+    @on(intents.Ended)
+    def _ended(self) -> None:
+        self.state.end()
+        self._changed = True
+        if isinstance(self.screen, StepScreen) and self.screen.STEP == "learn":
+            self.show("done")
+
+    @on(intents.Failed)
+    def _failed(self, message: intents.Failed) -> None:
+        self.notice(message.error)
+        if message.work == "observe":
+            self.show("load")
+
+    def action_help(self) -> None:
+        """Help on this step and the focused widget, with the keys that do something now."""
+        from imitate.tui.notes import HelpScreen
+
+        if not isinstance(self.screen, StepScreen):
+            return
+        keys: dict[str, str] = {}
+        for active in self.screen.active_bindings.values():
+            binding = active.binding
+            if binding.tooltip:
+                keys.setdefault(self.get_key_display(binding), binding.tooltip)
+        self.push_screen(HelpScreen(self.screen.HELP, list(keys.items())))
+
+    def action_light_or_dark(self) -> None:
+        """The other theme."""
+        self.theme = "textual-light" if self.current_theme.dark else "textual-dark"
+
+    def action_leave(self) -> None:
+        """Quit; while learning, ask first."""
+        from imitate.tui.notes import ConfirmScreen
+
+        if not self.state.running:
+            self.exit()
+            return
+        question = (
+            "Learning runs. Quit after the present trial? The session's file stays valid and can be replayed."
+        )
+        self.push_screen(ConfirmScreen(question), self._leave)
+
+    def _leave(self, yes: bool | None) -> None:
+        if yes:
+            self.state.stopping = True
+            self.exit()
+
+
+def in_words(error: Exception) -> str:
+    """An error for the person."""
+    if isinstance(error, ImitateError):
+        return str(error)
+    return f"Unexpected {type(error).__name__}: {error}. This is a fault of imitate."

@@ -1,0 +1,88 @@
+"""Long work in a process of its own, so that the screen never waits for it.
+
+Daemons may not own the pool that runs trials, so the child is none. It survives the terminal's hang-up and
+looks at every trial whether its parent is still there: then it stops as if asked to, and its files are valid.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable, Iterator
+from multiprocessing.connection import Connection
+from multiprocessing.synchronize import Event as Flag
+from typing import Any
+
+from imitate.errors import ImitateError
+
+Work = Callable[[Any, Callable[[Any], None], Callable[[], bool]], None]
+"""work(job, emit, should_stop): a function at the top of a module, since it is pickled."""
+
+
+def in_child(work: Work, job: Any, should_stop: Callable[[], bool], patience: float = 0.2) -> Iterator[Any]:
+    """What ``work`` emits, as it comes.
+
+    Args:
+        work, job: what to do and with what; both picklable.
+        should_stop: asked every ``patience`` seconds; once true, the child's own ``should_stop`` is.
+
+    Raises:
+        ImitateError: what the child raised; or that it died.
+    """
+    spawn = multiprocessing.get_context("spawn")
+    ours, theirs = spawn.Pipe(duplex=False)
+    stop = spawn.Event()
+    child = spawn.Process(target=_child, args=(work, job, theirs, stop), daemon=False)
+    child.start()
+    theirs.close()  # so that the child's death ends the pipe
+    try:
+        while True:
+            if not ours.poll(patience):
+                if should_stop():
+                    stop.set()
+                continue
+            kind, value = ours.recv()
+            if kind == "done":
+                return
+            if kind == "error":
+                raise ImitateError(value)
+            yield value
+            if should_stop():
+                stop.set()
+    except EOFError:
+        child.join()
+        if stop.is_set():
+            return
+        raise ImitateError(
+            f"The process that did the work ended by itself (exit code {child.exitcode}). What was logged "
+            "before is whole. Start it again; if it ends again, try with --workers 1."
+        ) from None
+    finally:
+        stop.set()
+        ours.close()
+        child.join()
+
+
+def _child(work: Work, job: Any, out: Connection, stop: Flag) -> None:
+    for name in ("SIGINT", "SIGHUP"):
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for stream in (1, 2):  # C code prints there, over the screen
+        os.dup2(nowhere, stream)
+    parent = multiprocessing.parent_process()
+
+    def should_stop() -> bool:
+        return stop.is_set() or parent is None or not parent.is_alive()
+
+    try:
+        work(job, lambda value: out.send(("value", value)), should_stop)
+        out.send(("done", None))
+    except BrokenPipeError:
+        return
+    except ImitateError as error:
+        out.send(("error", str(error)))
+    except Exception as error:
+        what = f"{type(error).__name__}: {error}"
+        out.send(("error", f"Unexpected {what}. This is a fault of imitate."))

@@ -1,0 +1,107 @@
+"""Curves: the cost of trials and updates, and the hand's distance to the objects."""
+
+from __future__ import annotations
+
+import numpy as np
+from textual_plot import HiResMode, PlotWidget
+
+from imitate.geometry import Array
+from imitate.tui.state import Curve
+from imitate.tui.timeline import BANDS
+
+
+class CostCurve(PlotWidget):
+    """○ a trial that failed, ● one in which β held, ◆ the policy after an update, ╌ C; ↑ is off the scale."""
+
+    can_focus = False
+
+    def __init__(self) -> None:
+        super().__init__(allow_pan_and_zoom=False)
+        self._shown: tuple[Curve, float | None] | None = None
+
+    def on_mount(self) -> None:
+        """Names of the axes, which never change."""
+        super().on_mount()
+        self.set_xlabel("trial")
+        self.set_ylabel("cost")
+
+    def show(self, curve: Curve, threshold: float | None) -> None:
+        """Draw anew where something changed."""
+        if self._shown == (curve, threshold):
+            return
+        self._shown = (curve, threshold)
+        colours = self.app.theme_variables
+        with self.app.batch_update():
+            self.clear()
+            top = self._scale(curve, threshold)
+            if curve.updates:
+                line = _plain(colours, "text-primary")
+                self.plot(*_columns(curve.updates), line_style=line, hires_mode=HiResMode.BRAILLE)
+            for points, sign, colour in (
+                (curve.failed, "○", "foreground"),
+                (curve.succeeded, "●", "text-success"),
+                (curve.updates, "◆", "text-primary"),
+            ):
+                self._points(points, sign, _plain(colours, colour), top)
+            if threshold is not None:
+                x = np.linspace(*self._span(curve), 60)
+                self.scatter(
+                    x, np.full_like(x, threshold), marker="╌", marker_style=_plain(colours, "warning")
+                )
+
+    def _span(self, curve: Curve) -> tuple[float, float]:
+        numbers = [number for number, _ in (*curve.failed, *curve.succeeded)]
+        return 0.0, float(max([10, *numbers]) + 1)
+
+    def _points(self, points: tuple[tuple[int, float], ...], sign: str, style: str, top: float) -> None:
+        # A trial that was stopped costs ten times as much as others: it must not flatten them.
+        inside = tuple((x, y) for x, y in points if y <= top)
+        above = tuple((x, 0.98 * top) for x, y in points if y > top)
+        for some, marker in ((inside, sign), (above, "↑")):
+            if some:
+                self.scatter(*_columns(some), marker=marker, marker_style=style)
+
+    def _scale(self, curve: Curve, threshold: float | None) -> float:
+        costs = [cost for _, cost in (*curve.failed, *curve.succeeded, *curve.updates)]
+        usual = [cost for cost in costs if cost <= 4 * float(np.median(costs))]
+        top = 1.08 * max([1.0, *usual, *([threshold] if threshold is not None else [])])
+        self.set_xlimits(*self._span(curve))
+        self.set_ylimits(0.0, top)
+        return top
+
+
+class DistanceCurve(PlotWidget):
+    """The hand's distance to each object along the demonstration, with the boundaries between segments."""
+
+    can_focus = False
+
+    def __init__(self) -> None:
+        super().__init__(allow_pan_and_zoom=False)
+
+    def show(self, series: dict[str, tuple[Array, Array]], cuts: list[float], at: int) -> None:
+        """Draw distances in centimetres; the cut number ``at`` is the selected one."""
+        colours = self.app.theme_variables
+        with self.app.batch_update():
+            self.clear()
+            for i, (name, (t, metres)) in enumerate(series.items()):
+                style = _plain(colours, BANDS[i % len(BANDS)])
+                self.plot(t, 100 * metres, line_style=style, hires_mode=HiResMode.BRAILLE, label=f"to {name}")
+            for i, cut in enumerate(cuts):
+                self.add_v_line(cut, line_style=_plain(colours, "foreground" if i == at else "text-disabled"))
+            self.set_xlabel("s")
+            self.set_ylabel("hand to object, cm")
+            self.set_ylimits(0.0, None)
+            if series:
+                self.set_xlimits(0.0, float(next(iter(series.values()))[0][-1]))
+            self.show_legend()
+
+
+def _columns(points: tuple[tuple[int, float], ...]) -> tuple[Array, Array]:
+    x, y = np.asarray(points, float).T
+    return x, y
+
+
+def _plain(colours: dict[str, str], name: str) -> str:
+    """A theme's colour as the canvas wants it: hexadecimal, without transparency."""
+    value = colours.get(name, "")
+    return value[:7] if value.startswith("#") else "default"

@@ -1,0 +1,171 @@
+"""What the application asks of the rest of imitate. Tests hand in their own.
+
+Everything heavy is imported when it is first needed, so that the first picture comes at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from imitate.demonstration import Demonstration
+from imitate.events import Event, TrialFinished
+from imitate.settings import Settings
+from imitate.skill import Decision, Segment
+from imitate.tui.words import demonstration_facts, session_facts
+
+if TYPE_CHECKING:
+    from imitate.formats.kind import Kind
+
+Stop = Callable[[], bool]
+
+
+@dataclass(frozen=True)
+class Preview:
+    """What a file holds: its kind, and facts as (name, value)."""
+
+    kind: Kind
+    facts: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What was observed in a recording; ``lost``: hand or object → frames in which it was not seen."""
+
+    demonstration: Demonstration
+    lost: dict[str, int]
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is to be learned from what.
+
+    Attributes:
+        source: a demonstration or a recording.
+        log: the session's file.
+    """
+
+    source: Path
+    settings: Settings
+    seed: int
+    workers: int
+    decisions: tuple[Decision, ...]
+    log: Path
+
+
+def kind_of(path: Path) -> Kind:
+    """What kind of file it is."""
+    from imitate.formats.kind import kind_of as kind
+
+    return kind(path)
+
+
+def look(path: Path) -> Preview:
+    """What a file holds, in words."""
+    kind = kind_of(path)
+    if kind == "demonstration":
+        return Preview(kind, demonstration_facts(read(path)))
+    if kind == "recording":
+        from imitate.formats.recordings import open_recording
+
+        recording = open_recording(path)
+        size = f"{recording.intrinsics.width} × {recording.intrinsics.height}"
+        return Preview(kind, (("pictures", f"{recording.count} of {size}, with depth"),))
+    from imitate.formats.session_log import summarise
+
+    return Preview(kind, session_facts(summarise(path)))
+
+
+def read(path: Path) -> Demonstration:
+    """A demonstration from its file."""
+    from imitate.demonstration import in_table_frame
+    from imitate.formats.demonstrations import read_demonstration
+
+    return in_table_frame(read_demonstration(path))
+
+
+def cut(demonstration: Demonstration, settings: Settings) -> tuple[Segment, ...]:
+    """Segments as the search finds them."""
+    from imitate.segmentation import segment
+
+    return segment(demonstration, settings.segmentation)
+
+
+def decide(
+    found: tuple[Segment, ...],
+    decisions: tuple[Decision, ...],
+    demonstration: Demonstration,
+    settings: Settings,
+) -> tuple[Segment, ...]:
+    """Segments after the operator's decisions."""
+    from imitate.segmentation import apply_decisions
+
+    return apply_decisions(found, decisions, demonstration, settings.segmentation)
+
+
+def recorded(path: Path) -> Iterator[Event]:
+    """The events of a session's file, without the physics steps."""
+    from imitate.formats.session_log import read_session
+
+    return read_session(path, steps=False)
+
+
+def observe(task: Task, should_stop: Stop) -> Iterator[float | Seen]:
+    """Shares of a recording that were tracked, then what was seen."""
+    from imitate.tui.child import in_child
+
+    return in_child(_observe, task, should_stop)
+
+
+def learn(task: Task, should_stop: Stop) -> Iterator[float | Event]:
+    """The events of a session, from a process of its own; before them, of a recording, shares as above."""
+    from imitate.tui.child import in_child
+
+    return in_child(_learn, task, should_stop)
+
+
+@dataclass(frozen=True)
+class Engine:
+    """The functions above, so that tests can hand in others."""
+
+    kind_of: Callable[[Path], Kind] = kind_of
+    look: Callable[[Path], Preview] = look
+    read: Callable[[Path], Demonstration] = read
+    cut: Callable[[Demonstration, Settings], tuple[Segment, ...]] = cut
+    decide: Callable[
+        [tuple[Segment, ...], tuple[Decision, ...], Demonstration, Settings], tuple[Segment, ...]
+    ] = decide
+    recorded: Callable[[Path], Iterator[Event]] = recorded
+    observe: Callable[[Task, Stop], Iterator[float | Seen]] = observe
+    learn: Callable[[Task, Stop], Iterator[float | Event]] = learn
+
+
+def _observe(task: Task, emit: Callable[[Any], None], should_stop: Stop) -> None:
+    from imitate.demonstration import in_table_frame
+    from imitate.perception.observe import observe as observe_recording
+
+    def progress(done: int, of: int) -> None:
+        if should_stop():
+            raise SystemExit(0)
+        emit(done / of)
+
+    found = observe_recording(task.source, task.settings, task.seed, progress)
+    emit(Seen(in_table_frame(found.demonstration), dict(found.lost)))
+
+
+def _learn(task: Task, emit: Callable[[Any], None], should_stop: Stop) -> None:
+    from imitate.session.session import Request, run
+
+    def watching(done: int, of: int) -> None:
+        if should_stop():
+            raise SystemExit(0)
+        emit(done / of)
+
+    viewed = task.log.with_suffix(".rrd")
+    request = Request(
+        task.source, task.settings, task.seed, task.workers, task.decisions, log=task.log, rrd=viewed
+    )
+    for event in run(request, should_stop, watching):
+        emit(replace(event, record=None) if isinstance(event, TrialFinished) else event)

@@ -1,0 +1,95 @@
+"""What screens ask of the application, and what its workers report to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from textual.message import Message
+
+from imitate.demonstration import Demonstration
+from imitate.events import Event
+from imitate.formats.kind import Kind
+from imitate.skill import Decision, Segment
+from imitate.tui.state import Step
+
+
+@dataclass
+class Open(Message):
+    """Open a file."""
+
+    path: Path
+
+
+@dataclass
+class Decide(Message):
+    """Overrule something about the segments."""
+
+    decision: Decision
+
+
+class Learn(Message):
+    """Start learning."""
+
+
+class Stop(Message):
+    """Stop after the present trial."""
+
+
+@dataclass
+class Go(Message):
+    """Show a step."""
+
+    step: Step
+
+
+@dataclass
+class Opened(Message):
+    """A demonstration was read or observed, and cut."""
+
+    source: Path
+    kind: Kind
+    demonstration: Demonstration
+    segments: tuple[Segment, ...]
+    lost: dict[str, int] = field(default_factory=dict)
+
+
+@dataclass
+class Recording(Message):
+    """The file is a recording: it is to be observed."""
+
+    source: Path
+
+
+@dataclass
+class Tracked(Message):
+    """Share of the frames that were tracked."""
+
+    share: float
+
+
+@dataclass
+class Recorded(Message):
+    """A recorded session was read."""
+
+    source: Path
+    events: tuple[Event, ...]
+
+
+@dataclass
+class Happened(Message):
+    """Something happened in the session that is being learned."""
+
+    event: Event
+
+
+class Ended(Message):
+    """The engine has nothing more to say."""
+
+
+@dataclass
+class Failed(Message):
+    """Work of a kind ("open", "observe", "learn") failed; ``error`` is written for the person."""
+
+    work: str
+    error: str

@@ -1,0 +1,159 @@
+"""Load: choose what to open."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from textual import on, work
+from textual.binding import Binding
+from textual.containers import Horizontal, Vertical
+from textual.content import Content
+from textual.widget import Widget
+from textual.widgets import DirectoryTree, Label, OptionList, Static, Tree
+from textual.widgets.option_list import Option
+
+from imitate.errors import ImitateError
+from imitate.tui.engine import Engine, Preview
+from imitate.tui.intents import Open
+from imitate.tui.state import State
+from imitate.tui.step import StepScreen
+from imitate.tui.words import short
+
+SUFFIXES = (".npz", ".mcap")
+FOLDERS = ("fixtures", "sessions")
+
+
+def ready_files(root: Path) -> list[Path]:
+    """What lies in fixtures/ and, newest first, in sessions/."""
+    found: list[Path] = []
+    for name in FOLDERS:
+        folder = root / name
+        if not folder.is_dir():
+            continue
+        files = [path for path in folder.iterdir() if path.suffix in SUFFIXES and path.is_file()]
+        newest_first = name == "sessions"
+        files.sort(key=lambda p: (-p.stat().st_mtime, p.name) if newest_first else (0.0, p.name))
+        found += files
+    return found
+
+
+def can_be_recording(folder: Path) -> bool:
+    """Whether a folder is a recording of the TUM kind."""
+    return (folder / "rgb.txt").exists() and (folder / "depth.txt").exists()
+
+
+class Openable(DirectoryTree):
+    """Folders, and files that can be opened."""
+
+    def filter_paths(self, paths: Iterable[Path]) -> Iterable[Path]:
+        """No hidden ones, no other files."""
+        return [
+            path
+            for path in paths
+            if not path.name.startswith((".", "__")) and (path.suffix in SUFFIXES or path.is_dir())
+        ]
+
+
+class LoadScreen(StepScreen):
+    """Files on the left, what the selected one holds on the right."""
+
+    STEP = "load"
+    HELP = (
+        "Load: choose what to teach from. A demonstration (.npz, .mcap) holds the tracked poses of the "
+        "hand and the objects; a recording (.mcap, or a folder with rgb.txt and depth.txt) holds "
+        "pictures, which are tracked first; a session (.mcap) shows its result. The right side says what "
+        "the selected file holds, or what is wrong with it."
+    )
+    BINDINGS = [
+        Binding("o", "open", "open", id="load.open", tooltip="Open the selected file; Enter does the same"),
+        Binding("tab", "app.focus_next", "next list", id="load.next", tooltip="From the list to the folders"),
+    ]
+
+    def __init__(self, state: State, engine: Engine, root: Path) -> None:
+        super().__init__(state)
+        self._engine, self._root = engine, root
+        self._ready = ready_files(root)
+        self.selected: Path | None = None
+        self.preview: Preview | str = ""
+
+    def body(self) -> Iterable[Widget]:
+        """Two lists and the preview."""
+        options = [Option(short(path, self._root), id=str(i)) for i, path in enumerate(self._ready)]
+        tree = Openable(self._root)
+        tree.show_root = False
+        tree.guide_depth = 2
+        yield Horizontal(
+            Vertical(
+                Label("Ready to open"),
+                OptionList(*options, id="ready", markup=False),
+                Label("Folders"),
+                tree,
+                id="files",
+            ),
+            Vertical(Label("", id="name", markup=False), Static(id="preview", markup=False), id="about"),
+        )
+
+    def on_mount(self) -> None:
+        """Start on the list where it has something, else in the folders."""
+        super().on_mount()
+        ready = self.query_one("#ready", OptionList)
+        ready.display = bool(self._ready)
+        (ready if self._ready else self.query_one(Openable)).focus()
+
+    @on(OptionList.OptionHighlighted, "#ready")
+    def _on_ready(self, event: OptionList.OptionHighlighted) -> None:
+        self._select(self._ready[event.option_index])
+
+    @on(Tree.NodeHighlighted)
+    def _on_node(self, event: Tree.NodeHighlighted[object]) -> None:
+        path = getattr(event.node.data, "path", None)
+        if isinstance(path, Path) and self.query_one(Openable).has_focus:
+            self._select(path)
+
+    @on(OptionList.OptionSelected, "#ready")
+    def _on_chosen(self, event: OptionList.OptionSelected) -> None:
+        self.post_message(Open(self._ready[event.option_index]))
+
+    @on(DirectoryTree.FileSelected)
+    def _on_file(self, event: DirectoryTree.FileSelected) -> None:
+        self.post_message(Open(event.path))
+
+    def action_open(self) -> None:
+        """Open what is selected, a recording's folder too."""
+        if self.selected and (self.selected.is_file() or can_be_recording(self.selected)):
+            self.post_message(Open(self.selected))
+
+    def _select(self, path: Path) -> None:
+        self.selected = path
+        self.query_one("#name", Label).update(short(path, self._root))
+        if path.is_dir() and not can_be_recording(path):
+            self._show(path, "a folder")
+        else:
+            self._look(path)
+
+    @work(thread=True, exclusive=True, group="look", exit_on_error=False)
+    def _look(self, path: Path) -> None:
+        try:
+            preview: Preview | str = self._engine.look(path)
+        except ImitateError as error:
+            preview = f"✗ This cannot be opened.\n\n{error}"
+        except Exception as error:  # a file of any kind may be selected: say it, and go on
+            preview = f"✗ This cannot be opened.\n\nUnexpected {type(error).__name__}: {error}"
+        self.app.call_from_thread(self._show, path, preview)
+
+    def _show(self, path: Path, preview: Preview | str) -> None:
+        if path != self.selected:
+            return
+        self.preview = preview
+        self.query_one("#preview", Static).update(
+            Content(preview) if isinstance(preview, str) else preview_text(preview)
+        )
+
+
+def preview_text(preview: Preview) -> Content:
+    """Kind and facts, one a line."""
+    width = max((len(name) for name, _ in preview.facts), default=0)
+    lines = [Content.styled(f"✓ a {preview.kind}", "bold $text-success"), Content("")]
+    lines += [Content.assemble((f"{name:<{width}}  ", "$text-muted"), value) for name, value in preview.facts]
+    return Content("\n").join(lines)

@@ -1,0 +1,192 @@
+"""What the screens show: one session, from the file that was opened to its result. Knows no Textual."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from imitate.demonstration import Demonstration
+from imitate.events import Event
+from imitate.geometry import Array
+from imitate.session.progress import Attempt, Progress
+from imitate.settings import Settings
+from imitate.skill import Decision, Segment
+
+if TYPE_CHECKING:
+    from imitate.formats.kind import Kind
+
+Step = Literal["load", "observe", "review", "learn", "done"]
+
+
+@dataclass
+class State:
+    """The session as it stands; screens read it, the application alone changes it.
+
+    Attributes:
+        source: the file that was opened.
+        kind: what it is.
+        found: segments as the search found them.
+        segments: those that result from the operator's ``decisions``.
+        observed: share of a recording's frames that were tracked, 0 to 1.
+        lost: hand or object → frames in which it was not seen.
+        running: whether a child process is learning.
+        stopping: whether it was asked to stop.
+        ended: whether learning ended, by itself or by the operator.
+        log: the session's file.
+    """
+
+    settings: Settings = field(default_factory=Settings)
+    seed: int = 0
+    workers: int = 1
+    source: Path | None = None
+    kind: Kind = "demonstration"
+    demonstration: Demonstration | None = None
+    found: tuple[Segment, ...] = ()
+    segments: tuple[Segment, ...] = ()
+    decisions: tuple[Decision, ...] = ()
+    observed: float = 0.0
+    lost: dict[str, int] = field(default_factory=dict)
+    running: bool = False
+    stopping: bool = False
+    ended: bool = False
+    log: Path | None = None
+    progress: Progress = field(default_factory=Progress)
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """The road of this session."""
+        if self.kind == "recording":
+            return ("load", "observe", "review", "learn", "done")
+        return ("load", "review", "learn", "done")
+
+    @property
+    def editable(self) -> bool:
+        """Whether the segments can be changed: not a recorded session's, nor while learning."""
+        return self.kind != "session" and not self.running
+
+    def reachable(self, step: Step) -> bool:
+        """Whether there is something to see at a step."""
+        match step:
+            case "load":
+                return True
+            case "observe":
+                return self.kind == "recording" and self.demonstration is None
+            case "review":
+                return self.demonstration is not None
+            case "learn":
+                return self.running or bool(self.progress.skills)
+            case "done":
+                return self.ended
+
+    def open(self, source: Path, kind: Kind) -> None:
+        """Begin anew with another file."""
+        fresh = State(self.settings, self.seed, self.workers, source, kind)
+        self.__dict__.update(fresh.__dict__)
+
+    def show(self, demonstration: Demonstration, segments: tuple[Segment, ...]) -> None:
+        """A demonstration was read or observed, and cut."""
+        self.demonstration, self.found, self.segments = demonstration, segments, segments
+        self.decisions = ()
+
+    def decide(self, decision: Decision, segments: tuple[Segment, ...]) -> None:
+        """The operator overruled something; ``segments`` result."""
+        self.decisions = (*self.decisions, decision)
+        self.segments = segments
+
+    @property
+    def undoable(self) -> int:
+        """How many decisions can still be undone."""
+        return sum(-1 if decision.kind == "undo" else 1 for decision in self.decisions)
+
+    def begin(self, log: Path | None) -> None:
+        """Learning starts."""
+        self.progress, self.log = Progress(), log
+        self.running, self.stopping, self.ended = True, False, False
+
+    def fold(self, event: Event) -> None:
+        """Something happened in the session."""
+        self.progress.fold(event)
+
+    def end(self) -> None:
+        """The engine has nothing more to say."""
+        self.running, self.stopping, self.ended = False, False, True
+
+    def show_recorded(self, log: Path) -> None:
+        """All events of a recorded session are folded: take demonstration and segments from them."""
+        started = self.progress.started
+        self.demonstration = started.demonstration if started else None
+        self.found = self.progress.segmented.segments if self.progress.segmented else ()
+        self.segments = tuple(skill.segment for skill in self.progress.skills)
+        self.decisions = tuple(self.progress.decisions)
+        self.log = log
+        self.end()
+
+    @property
+    def attempts(self) -> list[Attempt]:
+        """Every formulation so far, by skill and in order."""
+        return [attempt for skill in self.progress.skills for attempt in skill.attempts]
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Trials as (number, cost), apart by success, and updates as (number of the trial before, cost)."""
+
+    failed: tuple[tuple[int, float], ...]
+    succeeded: tuple[tuple[int, float], ...]
+    updates: tuple[tuple[int, float], ...]
+
+    @classmethod
+    def of(cls, attempt: Attempt | None) -> Curve:
+        """The curve of a formulation's exploring and choosing trials; trials count from 1."""
+        trials = [t for t in attempt.trials if t.purpose in ("explore", "choose")] if attempt else []
+        updates = attempt.updates if attempt else []
+        return cls(
+            tuple((t.number + 1, t.cost.total) for t in trials if not t.success),
+            tuple((t.number + 1, t.cost.total) for t in trials if t.success),
+            tuple((u.after, u.cost) for u in updates),
+        )
+
+
+def moved(
+    demonstration: Demonstration,
+    segments: tuple[Segment, ...],
+    boundary: int,
+    frames: int = 0,
+    seconds: float = 0.0,
+) -> Decision | None:
+    """The decision that moves the end of segment ``boundary``, always to the time of a frame.
+
+    Args:
+        frames: by how many frames, or
+        seconds: by how much time (to the nearest frame, at least one).
+
+    Returns:
+        None when the boundary would leave a segment without frames, or there is none.
+    """
+    if not 0 <= boundary < len(segments) - 1:
+        return None
+    t = demonstration.t - demonstration.t[0]
+    end = segments[boundary].end
+    present = int(np.argmin(np.abs(t - end)))
+    target = present + frames
+    if seconds:
+        step = 1 if seconds > 0 else -1
+        nearest = int(np.argmin(np.abs(t - (t[present] + seconds))))
+        target = nearest if (nearest - present) * step >= 1 else present + step
+    if not 0 < target < len(t) - 1:
+        return None
+    time = float(t[target])
+    inside = segments[boundary].start < time < segments[boundary + 1].end
+    return Decision("move", boundary, time) if inside and time != end else None
+
+
+def distances(demonstration: Demonstration) -> dict[str, tuple[Array, Array]]:
+    """Per object: seconds since the first frame (T,) and the hand's distance to its centre (T,) in metres."""
+    t = demonstration.t - demonstration.t[0]
+    return {
+        name: (t, np.linalg.norm(demonstration.pose_of(name)[:, :3] - demonstration.hand[:, :3], axis=1))
+        for name in demonstration.object_names
+    }

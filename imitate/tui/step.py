@@ -1,0 +1,78 @@
+"""What every step's screen has: the road above, keys below, and how to get from step to step."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from textual.app import ComposeResult
+from textual.binding import Binding
+from textual.screen import Screen
+from textual.widget import Widget
+from textual.widgets import Footer
+
+from imitate.tui.intents import Go
+from imitate.tui.road import Road
+from imitate.tui.state import State, Step
+
+
+class StepScreen(Screen[None]):
+    """One step; renders the state in `draw` and posts intents."""
+
+    STEP: Step
+    HELP = ""
+    BINDINGS = [
+        Binding("escape", "back", "back", id="step.back", tooltip="One step back; everything done is kept"),
+        Binding("ctrl+n", "on", "on", id="step.on", tooltip="One step on, where there is one", show=False),
+        Binding("j", "cursor('down')", "down", id="step.down", show=False),
+        Binding("k", "cursor('up')", "up", id="step.up", show=False),
+    ]
+
+    def __init__(self, state: State) -> None:
+        super().__init__()
+        self.state = state
+
+    def compose(self) -> ComposeResult:
+        """The road, the step's own widgets, the keys."""
+        yield Road(self.state, self.STEP)
+        yield from self.body()
+        yield Footer(show_command_palette=False)
+
+    def body(self) -> Iterable[Widget]:
+        """The step's own widgets."""
+        raise NotImplementedError
+
+    def draw(self) -> None:
+        """Show the state as it is now; called at most ten times a second."""
+        self.query_one(Road).draw()
+
+    def on_mount(self) -> None:
+        """First picture."""
+        self.draw()
+
+    def on_screen_resume(self) -> None:
+        """The state may have changed while another step was shown."""
+        self.draw()
+        self.refresh_bindings()
+
+    def action_back(self) -> None:
+        """To the last step before this one that has something to show."""
+        self._walk(-1)
+
+    def action_on(self) -> None:
+        """To the next step after this one that has something to show."""
+        self._walk(1)
+
+    def action_cursor(self, direction: str) -> None:
+        """Letters beside the arrow keys, in whatever list has the focus."""
+        move = getattr(self.focused, f"action_cursor_{direction}", None)
+        if move:
+            move()
+
+    def _walk(self, direction: int) -> None:
+        steps = self.state.steps
+        i = steps.index(self.STEP) + direction
+        while 0 <= i < len(steps):
+            if self.state.reachable(steps[i]):
+                self.post_message(Go(steps[i]))
+                return
+            i += direction

@@ -1,0 +1,107 @@
+"""Formulations, results and files in words, for the operator."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from imitate.demonstration import HAND, Demonstration
+from imitate.events import Evaluated, Reproduced
+from imitate.session.progress import Attempt, Progress
+from imitate.skill import Abstraction, Action, Decision
+
+if TYPE_CHECKING:
+    from imitate.formats.session_log import SessionSummary
+
+
+def listed(names: tuple[str, ...]) -> str:
+    """ "a", "a and b", "a, b and c"; the hand with its article."""
+    words = [f"the {name}" if name == HAND else name for name in names]
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+
+
+def state_in_words(abstraction: Abstraction) -> str:
+    """What is observed."""
+    bodies = abstraction.relevant
+    return f"where {listed(bodies)} {'is' if len(bodies) == 1 else 'are'}, seen from {abstraction.reference}"
+
+
+def actions_in_words(actions: tuple[Action, ...]) -> str:
+    """What may be done."""
+    return "move the hand; open and close the gripper" if "gripper" in actions else "move the hand"
+
+
+def success_in_words(judged: Evaluated | Reproduced) -> str:
+    """P with its interval."""
+    share = judged.successes / judged.trials if judged.trials else 0.0
+    return f"{judged.successes} of {judged.trials} = {share:.2f} [{judged.low:.2f}, {judged.high:.2f}]"
+
+
+def outcome(attempt: Attempt, present: bool, running: bool) -> str:
+    """How a formulation stands, with a sign that needs no colour."""
+    if attempt.accepted:
+        return "✓ accepted"
+    if attempt.given_up:
+        return "✗ given up"
+    if attempt.evaluated:
+        return "✗ rejected"
+    if not (present and running):
+        return "■ stopped"
+    return "▸ judging" if attempt.trials and attempt.trials[-1].purpose == "evaluate" else "▸ learning"
+
+
+def decision_in_words(decision: Decision) -> str:
+    """What the operator did."""
+    match decision.kind:
+        case "move":
+            return f"end of skill {decision.segment + 1} moved to {decision.time:.2f} s"
+        case "relabel":
+            return f"skill {decision.segment + 1} is {decision.abstraction}"
+        case "undo":
+            return "undone"
+        case _:
+            return f"{decision.kind} at skill {decision.segment + 1}"
+
+
+def verdict(progress: Progress, alpha: float) -> str:
+    """The result of a session, in one line."""
+    if not progress.finished:
+        count = sum(progress.counts.values())
+        return f"■ Not finished: the session ends after {count} trials."
+    judged = f" {success_in_words(progress.reproduced)}, needed {alpha:.2f}." if progress.reproduced else ""
+    if progress.finished.reproduced:
+        return f"✓ The task is reproduced.{judged}"
+    return f"✗ The task is not reproduced.{judged}"
+
+
+def demonstration_facts(demonstration: Demonstration) -> tuple[tuple[str, str], ...]:
+    """What a demonstration holds, as (name, value) rows."""
+    frames = len(demonstration.t)
+    rows = [
+        ("duration", f"{demonstration.duration:.2f} s"),
+        ("frames", f"{frames}, {(frames - 1) / demonstration.duration:.0f} a second"),
+    ]
+    for name in demonstration.object_names:
+        size = " × ".join(f"{1000 * side:.0f}" for side in demonstration.size_of(name))
+        rows.append((name, "size unknown" if "nan" in size else f"{size} mm"))
+    return tuple(rows)
+
+
+def session_facts(summary: SessionSummary) -> tuple[tuple[str, str], ...]:
+    """What a session's file holds, as (name, value) rows."""
+    rows = [
+        ("ended", "yes" if summary.complete else "no: it was stopped or cut"),
+        ("skills", str(summary.events.get("OptionLearned", 0)) + " learned"),
+        ("tried", f"{summary.events.get('FormulationStarted', 0)} formulations, {summary.trials} trials"),
+        ("simulated", f"{summary.seconds:.0f} s"),
+        ("imitate", summary.version),
+    ]
+    return (*rows, *(("damage", what) for what in summary.damage))
+
+
+def short(path: Path, root: Path | None = None) -> str:
+    """A path, relative to the present folder when it is inside."""
+    try:
+        return str(path.resolve().relative_to((root or Path.cwd()).resolve()))
+    except ValueError:
+        return str(path)

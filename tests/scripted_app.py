@@ -1,0 +1,122 @@
+"""The application on an engine that only plays a script: no file formats, no physics, no clock."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import scripted
+
+from imitate.demonstration import Demonstration
+from imitate.errors import FileError, UsageError
+from imitate.events import Event
+from imitate.settings import Settings
+from imitate.skill import Decision, Segment
+from imitate.tui.app import ImitateApp
+from imitate.tui.engine import Engine, Preview, Seen, Task
+from imitate.tui.words import demonstration_facts
+
+
+@dataclass
+class Script:
+    """What the engine plays, and what it was asked.
+
+    Attributes:
+        story: the events that learning yields.
+        hold: whether learning waits at the story's end until it is stopped, as a long session does.
+        ending: raised at the end of the story.
+        tasks: what learning was asked for.
+    """
+
+    story: Iterable[Event] = ()
+    hold: bool = False
+    ending: Exception | None = None
+    tasks: list[Task] = field(default_factory=list)
+    told: threading.Event = field(default_factory=threading.Event)
+
+    def learn(self, task: Task, should_stop: Callable[[], bool]) -> Iterator[Event]:
+        self.tasks.append(task)
+        yield from self.story
+        self.told.set()
+        if self.ending:
+            raise self.ending
+        waiting = threading.Event()
+        while self.hold and not should_stop():
+            waiting.wait(0.01)
+
+    def observe(self, _task: Task, should_stop: Callable[[], bool]) -> Iterator[float | Seen]:
+        yield 0.4
+        waiting = threading.Event()
+        while self.hold and not should_stop():
+            waiting.wait(0.01)
+        if not self.hold:
+            yield Seen(scripted.demonstration(), {"hand": 2, "blue": 0, "green": 0})
+
+
+def kind_of(path: Path) -> str:
+    if "broken" in path.name:
+        raise FileError(path, "is no MCAP file (it begins with 'hello')", "Record it again.")
+    return (
+        "session"
+        if path.parent.name == "sessions"
+        else "recording"
+        if ".mcap" in path.name
+        else "demonstration"
+    )
+
+
+def look(path: Path) -> Preview:
+    kind = kind_of(path)
+    return Preview(kind, demonstration_facts(scripted.demonstration()) if kind == "demonstration" else ())
+
+
+def decide(
+    found: tuple[Segment, ...], decisions: tuple[Decision, ...], _demo: Demonstration, _settings: Settings
+) -> tuple[Segment, ...]:
+    """Moves, relabels and undoes; refuses what the real one would."""
+    kept: list[Decision] = []
+    for decision in decisions:
+        if decision.kind == "undo":
+            kept.pop()
+        else:
+            kept.append(decision)
+    segments = list(found)
+    for d in kept:
+        if d.kind == "move":
+            if d.time > 7.5:
+                raise UsageError(
+                    f"{d.time:g} s leaves too little of skill {d.segment + 2}. Merge them instead."
+                )
+            segments[d.segment] = replace(segments[d.segment], end=d.time, human=True)
+            segments[d.segment + 1] = replace(segments[d.segment + 1], start=d.time)
+        elif d.abstraction:
+            segments[d.segment] = replace(segments[d.segment], abstraction=d.abstraction, human=True)
+    return tuple(segments)
+
+
+def scripted_app(
+    root: Path, script: Script | None = None, source: str | None = "fixtures/stack.npz"
+) -> ImitateApp:
+    """The application in a folder with a few files, with a file opened already unless ``source`` is None."""
+    for name in (
+        "fixtures/stack.npz",
+        "fixtures/stack.mcap",
+        "fixtures/broken.mcap",
+        "sessions/stack-001.mcap",
+    ):
+        (root / name).parent.mkdir(exist_ok=True, parents=True)
+        (root / name).touch()
+    script = script or Script()
+    engine = Engine(
+        kind_of=kind_of,  # type: ignore[arg-type]
+        look=look,
+        read=lambda _path: scripted.demonstration(),
+        cut=lambda _demonstration, _settings: scripted.segments(),
+        decide=decide,
+        recorded=lambda _path: scripted.session(),
+        observe=script.observe,
+        learn=script.learn,
+    )
+    return ImitateApp(root / source if source else None, seed=3, engine=engine, root=root)
