@@ -102,8 +102,13 @@ def _in_frames(pixels: Pixels, poses: Array) -> tuple[Float, Float]:
     """The rays in N bodies' frames: starts (N, 3) and steps (3, N, M)."""
     turned = Rotation.from_quat(poses[:, 3:]).as_matrix()  # table_from_body
     start = np.einsum("nij,ni->nj", turned, pixels.origin - poses[:, :3]).astype(np.float32)
-    axes = turned.transpose(2, 0, 1).reshape(-1, 3).astype(np.float32)
-    return start, (axes @ pixels.rays.T).reshape(3, len(poses), -1)
+    axes = turned.transpose(2, 1, 0).astype(np.float32)[..., None]
+    x, y, z = np.ascontiguousarray(pixels.rays.T)
+    # Not a matrix product: BLAS would wake its threads for it, and they cost more than they do.
+    step = axes[:, 0] * x
+    step += axes[:, 1] * y
+    step += axes[:, 2] * z
+    return start, step
 
 
 def _slab(start: Float, step: Float, half: NDArray[Any]) -> tuple[Float, Float]:

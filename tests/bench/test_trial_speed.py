@@ -94,9 +94,7 @@ def test_a_trial_costs_little_more_than_its_physics(trial, tmp_path, capsys):
 
         def log():
             record = simulator.run(start, policies).record
-            writer.write(
-                TrialFinished(0, 0, 0, "explore", 0, policies, CostTerms(0, 0, 0), True, "", record)
-            )
+            writer.write(TrialFinished(0, 0, 0, "explore", 0, policies, CostTerms(0, 0, 0), True, "", record))
 
         for _ in range(ROUNDS):
             raws.append(seconds(lambda: raw_steps(simulator, record)))
