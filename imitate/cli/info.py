@@ -39,6 +39,7 @@ def info(
         found |= _mcap(file, inside)
     if found["kind"] == "session":
         found |= _session(file)
+        found["complete"] &= not found["damage"]
     elif found["kind"] == "demonstration" and not found.get("damage"):
         found |= _demonstration(file)
     console.write_json(found) if as_json else _show(found)

@@ -108,7 +108,7 @@ class McapReader:
         """
         schemas, channels, chunks = _described(self.path)
         wanted = {key for key, channel in channels.items() if topics is None or channel.topic in topics}
-        skipped = {at for at, held in chunks.items() if held and not held & wanted}
+        skipped = {at for at, held in chunks.items() if held and held <= channels.keys() - wanted}
         with self.path.open("rb") as stream:
             for record in self._records(stream, skipped):
                 if isinstance(record, records.Schema):
@@ -138,11 +138,12 @@ class McapReader:
                     yield from self._unpacked(record, stream.tell())
             except StopIteration:
                 return
-            except (EndOfFile, RecordLengthLimitExceeded):  # a record longer than the file
-                self._note(f"cut at byte {size:,}: the end of the file is missing")
-                return
             except _DAMAGE as error:
-                self._note(f"unreadable from about byte {stream.tell():,} ({_words(error)})")
+                # a record longer than the file is the usual sight of a file that was cut inside a chunk
+                if stream.tell() >= size or isinstance(error, EndOfFile | RecordLengthLimitExceeded):
+                    self._note(f"cut at byte {size:,}: the end of the file is missing")
+                else:
+                    self._note(f"unreadable from about byte {stream.tell():,} ({_words(error)})")
                 return
 
     def _unpacked(self, record: Any, at: int) -> Sequence[Any]:
