@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def segment(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A demonstration: .npz or .mcap.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A demonstration or an RGB-D recording.")],
     mode: Annotated[
         str | None,
         typer.Option("--mode", metavar="robust|faithful", help="The score: robust (default) or the paper's."),
@@ -24,6 +24,7 @@ def segment(
         typer.Option("--decisions", metavar="FILE.json", help="Your decisions, applied to what is found."),
     ] = None,
     settings_file: console.SettingsFile = None,
+    seed: console.Seed = 0,
     as_json: console.Json = False,
 ) -> None:
     """Cut a demonstration into skills.
@@ -31,17 +32,27 @@ def segment(
     For each skill: which objects matter, and in whose reference frame.
     """
     from imitate.formats.decisions import read_decisions
-    from imitate.formats.demonstrations import read_demonstration
     from imitate.segmentation import apply_decisions
     from imitate.segmentation import segment as cut
+    from imitate.session.source import read_source
     from imitate.settings import load_settings
 
-    settings = load_settings(settings_file, {"mode": mode} if mode else None).segmentation
+    settings = load_settings(settings_file, {"mode": mode} if mode else None)
     decided = read_decisions(decisions) if decisions else ()
-    demonstration = read_demonstration(file)
-    segments = apply_decisions(cut(demonstration, settings), decided, demonstration, settings)
+    with console.progress() as bar:
+        task = bar.add_task(f"observing {file.name}", total=None, visible=False)
+        source = read_source(
+            file,
+            settings,
+            seed,
+            lambda done, total: bar.update(task, completed=done, total=total, visible=True),
+        )
+    for name, frames in source.lost.items():
+        console.narrate(f"{name}: out of sight in {frames} frames, interpolated")
+    found = cut(source.demonstration, settings.segmentation)
+    segments = apply_decisions(found, decided, source.demonstration, settings.segmentation)
     if as_json:
-        console.write_json({"mode": settings.mode, "segments": [_plain(s) for s in segments]})
+        console.write_json({"mode": settings.segmentation.mode, "segments": [_plain(s) for s in segments]})
     else:
         _show(segments)
 
