@@ -222,7 +222,7 @@ class ImitateApp(App[None]):
         self.state.end()
         self._changed = True
         if isinstance(self.screen, StepScreen) and self.screen.STEP == "learn":
-            self.show("done")
+            self.show("done" if self.state.ended else "review")
 
     @on(intents.Failed)
     def _failed(self, message: intents.Failed) -> None:

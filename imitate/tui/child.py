@@ -10,8 +10,11 @@ import multiprocessing
 import os
 import signal
 from collections.abc import Callable, Iterator
+from contextlib import redirect_stderr
 from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
 from multiprocessing.synchronize import Event as Flag
+from pathlib import Path
 from typing import Any
 
 from imitate.errors import ImitateError
@@ -30,12 +33,7 @@ def in_child(work: Work, job: Any, should_stop: Callable[[], bool], patience: fl
     Raises:
         ImitateError: what the child raised; or that it died.
     """
-    spawn = multiprocessing.get_context("spawn")
-    ours, theirs = spawn.Pipe(duplex=False)
-    stop = spawn.Event()
-    child = spawn.Process(target=_child, args=(work, job, theirs, stop), daemon=False)
-    child.start()
-    theirs.close()  # so that the child's death ends the pipe
+    child, ours, stop = _started(work, job)
     try:
         while True:
             if not ours.poll(patience):
@@ -62,6 +60,18 @@ def in_child(work: Work, job: Any, should_stop: Callable[[], bool], patience: fl
         stop.set()
         ours.close()
         child.join()
+
+
+def _started(work: Work, job: Any) -> tuple[BaseProcess, Connection, Flag]:
+    spawn = multiprocessing.get_context("spawn")
+    # multiprocessing hands the present stderr on to a helper process; Textual's own has no file descriptor.
+    with Path(os.devnull).open("w") as nowhere, redirect_stderr(nowhere):
+        ours, theirs = spawn.Pipe(duplex=False)
+        stop = spawn.Event()
+        child = spawn.Process(target=_child, args=(work, job, theirs, stop), daemon=False)
+        child.start()
+    theirs.close()  # so that the child's death ends the pipe
+    return child, ours, stop
 
 
 def _child(work: Work, job: Any, out: Connection, stop: Flag) -> None:

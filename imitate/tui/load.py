@@ -46,6 +46,10 @@ def can_be_recording(folder: Path) -> bool:
 class Openable(DirectoryTree):
     """Folders, and files that can be opened."""
 
+    ICON_NODE = "▸ "
+    ICON_NODE_EXPANDED = "▾ "
+    ICON_FILE = "  "
+
     def filter_paths(self, paths: Iterable[Path]) -> Iterable[Path]:
         """No hidden ones, no other files."""
         return [

@@ -111,8 +111,9 @@ class State:
         self.progress.fold(event)
 
     def end(self) -> None:
-        """The engine has nothing more to say."""
-        self.running, self.stopping, self.ended = False, False, True
+        """The engine has nothing more to say; a session that did not even start has no result."""
+        self.running, self.stopping = False, False
+        self.ended = self.progress.started is not None
 
     def show_recorded(self, log: Path) -> None:
         """All events of a recorded session are folded: take demonstration and segments from them."""
