@@ -47,6 +47,17 @@ def test_json_keeps_its_contract(imitate, mode):
         ]
 
 
+@pytest.mark.slow
+def test_a_recording_is_observed_first(imitate):
+    code, out, err = imitate("segment", FIXTURE.with_name("stack.mcap"), "--json")
+    assert (code, err) == (0, "")
+    assert [(s["relevant"], s["reference"]) for s in json.loads(out)["segments"]] == [
+        (["hand"], "blue"),
+        (["hand", "blue"], "green"),
+        (["hand"], "blue"),
+    ]
+
+
 def test_the_table_names_skills_and_runners_up(imitate):
     code, out, _ = imitate("segment", FIXTURE)
     assert code == 0

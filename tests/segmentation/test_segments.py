@@ -18,6 +18,7 @@ from imitate.geometry import compose, from_yaw
 from imitate.segmentation import segment
 from imitate.segmentation.robust import noise
 from imitate.settings import load_settings
+from imitate.world.performance import perform as perform_human
 
 ROBUST = load_settings().segmentation
 FAITHFUL = load_settings(overrides={"mode": "faithful"}).segmentation
@@ -57,6 +58,27 @@ def test_the_hand_hardly_moves_from_the_grasp_to_the_lift(human_stack):
     between = (t > carry.start) & (t < 9.0)
     assert between.any()
     assert np.max(np.ptp(human_stack.hand[between, :3], axis=0)) < 0.01
+
+
+@pytest.mark.parametrize("rate", [10, 30])
+@pytest.mark.parametrize("noise_level", [0, 0.004])
+def test_with_a_retreat_there_are_three_skills_as_seen_by_a_slow_noisy_camera(human_stack, noise_level, rate):
+    whole = perform_human(human_stack).demonstration
+    rng = np.random.default_rng(8)
+    k = np.searchsorted(whole.t, np.arange(whole.t[0], whole.t[-1], 1 / rate))
+    hand, objects = whole.hand[k], whole.objects[k]
+    hand[:, :3] += rng.normal(scale=noise_level, size=hand[:, :3].shape)
+    objects[..., :3] += rng.normal(scale=noise_level, size=objects[..., :3].shape)
+    seen = replace(whole, t=whole.t[k], hand=hand, objects=objects)
+    reach, carry, retreat = segment(seen, ROBUST)
+    assert [str(s.abstraction) for s in (reach, carry, retreat)] == [
+        "⟨{hand}, cubeA⟩",
+        "⟨{hand, cubeA}, cubeB⟩",
+        "⟨{hand}, cubeA⟩",
+    ]
+    assert carry.start == pytest.approx(8.6, abs=0.5)
+    # The fingers open at 13.5 s; the hand rests until 14.1 s.
+    assert 13.4 < carry.end < 14.3
 
 
 @pytest.mark.parametrize("name", RIGHT_ON_REAL)
