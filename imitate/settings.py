@@ -40,7 +40,7 @@ class Perception(_Section):
     """first frames whose median is searched for table and blocks; nothing but the hand may move in them."""
     particles: int = Field(160, ge=20)
     """of the filter that follows one object, or the hand."""
-    layers: int = Field(4, ge=1, le=20)
+    layers: int = Field(6, ge=2, le=20)
     """times that the particles are weighted and drawn again in each frame."""
     pixels: int = Field(700, ge=100)
     """of a frame that are compared with one object, or one finger, at most."""

@@ -1,7 +1,7 @@
 """Following blocks and the hand from frame to frame with the annealed particle filter.
 
-Each frame's particles are drawn around three guesses: where the body was, where it would be going on as
-before, and where its coloured pixels have gone.
+A block is first looked for close to where it was and to where it would be going on as before. Where that
+explains its pixels worse than usual, a wide search follows, also around where its coloured pixels have gone.
 """
 
 from __future__ import annotations
@@ -20,10 +20,17 @@ from imitate.perception.shapes import Float, Mask, Pixels, agreement, box_depth
 from imitate.settings import Perception
 
 AT_REST = np.array([0.001, 0.001, 0.001, 0.01, 0.01, 0.01])
-MOVING = np.array([0.006, 0.006, 0.006, 0.06, 0.06, 0.06])
-"""standard deviations of a body's change around a guess: m and rad."""
+MOVING = np.array([0.006, 0.006, 0.006, 0.15, 0.15, 0.15])
+FINGERS = np.array([0.004, 0.004, 0.004, 0.04, 0.04, 0.04, 0.004])
+"""standard deviations of a body's change around a guess: m and rad, of the hand also its opening in m."""
+WORSE = 0.1
+"""log-likelihood a pixel by which a block's fit may fall short of the usual before a wide search."""
+FORGET = 0.02
+"""log-likelihood a pixel by which what is usual sinks with each frame."""
 SEARCH = 0.12
 """m around a block's last place in which its colour is looked for."""
+FEWEST = 4
+"""pixels of a block's colour, below which it is lost from view."""
 VISIBLE = 0.1
 """share of a block's outline that must show its colour, else it is lost from view."""
 
@@ -35,7 +42,9 @@ class BlockTracker:
         self._hue = name.rstrip("0123456789")
         self._size, self._pose = block.size, np.array(block.pose)
         self._settings = settings
+        self._reach = float(np.linalg.norm(block.size)) / 2 + 0.012
         self._velocity = np.zeros(3)
+        self._usual = -np.inf
         self._time: float | None = None
         self._shown: Array | None = None  # the middle of its visible pixels, from its pose
         self._lost = False
@@ -43,25 +52,37 @@ class BlockTracker:
     def follow(self, pixels: Pixels, t: float, eye: Eye, generator: np.random.Generator) -> Array | None:
         """(7,) the block's pose in this frame; None where it cannot be seen."""
         guesses = self._guesses(pixels, t, eye)
-        radius = float(np.linalg.norm(self._size)) / 2 + 0.02
-        near = pixels.where(eye.window(self._pose[:3] + guesses, radius, self._settings.pixels))
+        near = pixels.where(eye.window(self._pose[:3] + guesses, self._reach, self._settings.pixels))
         own = is_hue(near.hue, self._hue) & (near.depth > 0)
-        if own.sum() < 4:
+        if own.sum() < FEWEST:
             self._lost = True
             return None
-        particles = _spread(guesses, self._settings.particles, generator)
-
-        def score(changes: Array) -> Float:
-            depth = box_depth(near, moved(self._pose, changes), self._size)
-            return agreement(near, own, depth, self._settings.depth_noise)
-
-        best = anneal(particles, score, self._settings.layers, generator)
-        pose = normalised(moved(self._pose, best.mean[None])[0])
+        pose, fit = self._search(near, own, guesses, generator)
         if not self._is_visible(near, own, pose):
             self._lost = True
             return None
+        self._usual = max(fit, self._usual - FORGET)
         self._accept(pose, t, near, own)
         return pose
+
+    def _search(
+        self, near: Pixels, own: Mask, guesses: Array, generator: np.random.Generator
+    ) -> tuple[Array, float]:
+        """(pose, log-likelihood a pixel) that explain the pixels best."""
+        settings, pixels = self._settings, int(own.sum())
+
+        def score(changes: Array) -> Float:
+            depth = box_depth(near, moved(self._pose, changes), self._size)
+            return agreement(near, own, depth, settings.depth_noise)
+
+        particles = _spread(guesses[:2], AT_REST, settings.particles // 2, generator)
+        best = anneal(particles, score, settings.layers // 2, generator)
+        if self._lost or best.score / pixels < self._usual - WORSE:
+            particles = _spread(guesses, MOVING, settings.particles, generator)
+            particles[0] = best.mean
+            wide = anneal(particles, score, settings.layers, generator)
+            best = max(best, wide, key=lambda estimate: estimate.score)
+        return normalised(moved(self._pose, best.mean[None])[0]), best.score / pixels
 
     def _guesses(self, pixels: Pixels, t: float, eye: Eye) -> Array:
         """(G, 3) shifts since the last frame."""
@@ -70,7 +91,7 @@ class BlockTracker:
         reach = SEARCH if not self._lost else 10.0
         near = pixels.where(eye.window(self._pose[None, :3], reach, 6000))
         own = is_hue(near.hue, self._hue) & (near.depth > 0)
-        if self._shown is not None and own.sum() > 4:
+        if self._shown is not None and own.sum() >= FEWEST:
             shifts.append(np.median(near.where(own).points(), axis=0) - self._pose[:3] - self._shown)
         return np.array(shifts)
 
@@ -108,7 +129,7 @@ class HandTracker:
         going_on = np.zeros(7)
         going_on[:3] = self._velocity * (t - self._time) if self._hand else 0
         guesses = np.stack([np.zeros(7), going_on, _change(before, shown, self._origin)])
-        particles = _spread(guesses, settings.particles, generator, extra=0.004)
+        particles = _spread(guesses, FINGERS, settings.particles, generator)
 
         def hands(changes: Array) -> tuple[Array, Array]:
             poses = compose(moved(base, changes), inverse(self._origin))
@@ -119,7 +140,7 @@ class HandTracker:
         def score(changes: Array) -> Float:
             return hand_score((left, right), *hands(changes), settings)
 
-        best = anneal(particles, score, settings.layers + 1, generator)
+        best = anneal(particles, score, settings.layers, generator)
         poses, openings = hands(best.mean[None])
         pose = normalised(poses[0])
         if self._hand and t > self._time:
@@ -142,15 +163,11 @@ def _change(before: Hand, after: Hand, origin: Array) -> Array:
     return np.concatenate([b[:3] - a[:3], turn, [after.opening - before.opening]])
 
 
-def _spread(guesses: Array, count: int, generator: np.random.Generator, extra: float = 0.0) -> Array:
-    """(count, D) particles around guesses (G, 3 or D): the first at rest, the others moving."""
-    width = 7 if extra else 6
-    centres = np.zeros((len(guesses), width))
+def _spread(guesses: Array, deviations: Array, count: int, generator: np.random.Generator) -> Array:
+    """(count, D) particles around guesses (G, ≤ D), the guesses themselves first."""
+    centres = np.zeros((len(guesses), len(deviations)))
     centres[:, : guesses.shape[1]] = guesses
     which = np.arange(count) % len(guesses)
-    deviations = np.where((which == 0)[:, None], AT_REST, MOVING)
-    if extra:
-        deviations = np.concatenate([deviations, np.full((count, 1), extra)], axis=1)
-    drawn = centres[which] + deviations * generator.standard_normal((count, width))
+    drawn = centres[which] + deviations * generator.standard_normal((count, len(deviations)))
     drawn[: len(guesses)] = centres
     return drawn
