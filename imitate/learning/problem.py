@@ -8,6 +8,7 @@ import numpy as np
 
 from imitate.demonstration import HAND, Demonstration
 from imitate.geometry import Array, align_signs, angle_between, relative, resample
+from imitate.learning.placement import Placement, misplaced, placements, resting
 from imitate.policy.dmp import imitate, response
 from imitate.record import TrialRecord
 from imitate.settings import Learning, Settings
@@ -22,14 +23,16 @@ class Problem:
         formulation: state and actions, by name.
         shown: body → pose (7,) in the reference's frame at the segment's end.
         imitated: the policy that follows the demonstration, gripper weights 0.
-        lets_go: whether the demonstration goes on with the hand leaving what it carried.
+        lets_go: what the demonstration has the hand leave next, having carried it.
+        placed: where objects are that earlier skills placed; this one must not undo them.
         object_names: in the order of a record's objects.
     """
 
     formulation: Formulation
     shown: dict[str, Array]
     imitated: Policy
-    lets_go: bool
+    lets_go: tuple[str, ...]
+    placed: tuple[Placement, ...]
     object_names: tuple[str, ...]
 
 
@@ -41,6 +44,7 @@ def formulate(
     A reference that moves is followed; at run time its pose is taken when the option starts.
     """
     segment = segments[formulation.segment]
+    earlier = segments[: formulation.segment + 1]
     later = segments[formulation.segment + 1 : formulation.segment + 2]
     abstraction = formulation.abstraction
     reference = demonstration.pose_of(abstraction.reference)
@@ -67,7 +71,8 @@ def formulate(
         formulation=formulation,
         shown={body: seen(body)[-1] for body in abstraction.relevant},
         imitated=policy,
-        lets_go=any(set(abstraction.carried) - set(s.abstraction.carried) for s in later),
+        lets_go=tuple(b for b in abstraction.carried for s in later if b not in s.abstraction.carried),
+        placed=tuple(p for p in placements(demonstration, earlier) if p.name not in abstraction.relevant),
         object_names=demonstration.object_names,
     )
 
@@ -131,6 +136,10 @@ def failure_of(
         for body, shown in problem.shown.items()
         if (reason := _misses(problem, record, body, shown, settings))
     ]
+    if closed := record.commands[-1, -1] > 0 and problem.lets_go:
+        reasons.append(f"the gripper still holds {' and '.join(closed)}, which the hand is shown to leave")
+    if undone := misplaced(record, problem.placed, settings):
+        reasons.append(undone)
     return "; ".join(reasons)
 
 
@@ -146,12 +155,3 @@ def _misses(problem: Problem, record: TrialRecord, body: str, shown: Array, sett
     if not resting(_trajectory(problem, record, body), record.time_step, settings):
         return f"{body} is still moving"
     return ""
-
-
-def resting(poses: Array, time_step: float, settings: Learning) -> bool:
-    """Whether a body's trajectory (N, 7) moved by less than a tenth of the tolerance in its last moments."""
-    back = min(len(poses), max(1, round(settings.rest_time / time_step)))
-    before, now = poses[-back], poses[-1]
-    moved = float(np.linalg.norm(now[:3] - before[:3]))
-    turned = float(np.rad2deg(angle_between(before, now)))
-    return moved < settings.near / 10 and turned < settings.near_angle / 10

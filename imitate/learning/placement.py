@@ -1,0 +1,75 @@
+"""Where objects are to end: what the carries of a demonstration have placed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from imitate.demonstration import Demonstration
+from imitate.geometry import Array, angle_between, relative, resample
+from imitate.record import TrialRecord
+from imitate.settings import Learning
+from imitate.skill import Segment
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Where an object is to end.
+
+    Attributes:
+        index, name: the object.
+        reference_index, reference: the object in whose frame it was last carried.
+        position: (3,) m, shown there.
+        left: whether the hand has left it by then.
+    """
+
+    index: int
+    name: str
+    reference_index: int
+    reference: str
+    position: Array
+    left: bool
+
+
+def placements(demonstration: Demonstration, segments: Sequence[Segment]) -> tuple[Placement, ...]:
+    """Where each object carried in ``segments`` is shown, at their end, relative to its reference object."""
+    names = demonstration.object_names
+    last = {name: i for i, segment in enumerate(segments) for name in segment.abstraction.carried}
+    found = []
+    for name, i in last.items():
+        reference = segments[i].abstraction.reference
+        t = demonstration.t - demonstration.t[0]
+        pair = np.stack([demonstration.pose_of(reference), demonstration.pose_of(name)], axis=1)
+        at, pose = resample(t, pair, [segments[-1].end])[0]
+        position = relative(at, pose)[:3]
+        left = i < len(segments) - 1
+        found.append(Placement(names.index(name), name, names.index(reference), reference, position, left))
+    return tuple(found)
+
+
+def misplaced(record: TrialRecord, wanted: Sequence[Placement], settings: Learning) -> str:
+    """What is not where it was shown at a trial's end, in words; empty when everything is."""
+    reasons = []
+    for place in wanted:
+        now = relative(record.object_poses[-1, place.reference_index], record.object_poses[-1, place.index])
+        off = float(np.linalg.norm(now[:3] - place.position))
+        if off > settings.near:
+            reasons.append(
+                f"{place.name} ends {off * 1e3:.0f} mm from its place relative to {place.reference}"
+            )
+        elif not resting(record.object_poses[:, place.index], record.time_step, settings):
+            reasons.append(f"{place.name} is still moving")
+        elif place.left and record.contact_forces[-1, place.index] > 0:
+            reasons.append(f"the gripper still touches {place.name}")
+    return "; ".join(reasons)
+
+
+def resting(poses: Array, time_step: float, settings: Learning) -> bool:
+    """Whether a body's trajectory (N, 7) moved by less than a tenth of the tolerance in its last moments."""
+    back = min(len(poses), max(1, round(settings.rest_time / time_step)))
+    before, now = poses[-back], poses[-1]
+    moved = float(np.linalg.norm(now[:3] - before[:3]))
+    turned = float(np.rad2deg(angle_between(before, now)))
+    return moved < settings.near / 10 and turned < settings.near_angle / 10
