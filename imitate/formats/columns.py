@@ -116,10 +116,11 @@ def _integrated(surprises: Words, step: Array) -> Array:
 
 def _turns(rates: Array, dt: float) -> Array:
     """(…, 4) quaternions 1 + h + h²/2 + h³/6: + and × alone, which are the same on every machine."""
-    x, y, z = np.moveaxis(rates * (dt / 2), -1, 0)
-    square = -(x * x + y * y + z * z)
-    along = 1 + square / 6
-    return np.stack([x * along, y * along, z * along, 1 + square / 2], axis=-1)
+    with np.errstate(all="ignore"):
+        x, y, z = np.moveaxis(rates * (dt / 2), -1, 0)
+        square = -(x * x + y * y + z * z)
+        along = 1 + square / 6
+        return np.stack([x * along, y * along, z * along, 1 + square / 2], axis=-1)
 
 
 def _product(a: Any, b: Any) -> tuple[Any, Any, Any, Any]:

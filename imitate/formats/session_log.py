@@ -39,7 +39,8 @@ from imitate.formats.kind import METADATA
 from imitate.formats.mcap_file import McapReader, McapWriter, RawMessage, contents, protobuf_channel
 from imitate.formats.messages import decode, describe, encode, message_class
 from imitate.formats.output import refuse_existing
-from imitate.formats.steps import TrialSteps, pack_record, unpack_record
+from imitate.formats.steps import Prefixes, TrialSteps, pack_record, unpack_record
+from imitate.record import TrialRecord
 
 SCHEMA = 1
 """version of what this module writes; a reader refuses a newer one."""
@@ -91,6 +92,7 @@ class SessionWriter:
             raise FileError(self.path, f"cannot be written ({error.strerror})") from None
         self._mcap: McapWriter | None = None
         self._names: tuple[str, ...] = ()
+        self._prefixes = Prefixes()
         self._now = 0
 
     def write(self, event: Event) -> None:
@@ -162,7 +164,8 @@ class SessionWriter:
             for step, message in transforms(event.record, self._names, SHOWN_PER_SECOND):
                 mcap.write("/tf", message, self._now + round((step + 1) * tick))
             self._now += round(event.record.steps * tick)
-            steps = pack_record(event.record, (event.segment, event.formulation, event.trial))
+            key = (event.segment, event.formulation, event.trial)
+            steps = pack_record(event.record, key, *self._prefixes.take(event.record))
             mcap.write(topic_of(TrialSteps), encode(steps, _MESSAGES), self._now)
             mcap.flush()  # a chunk of its own, which who wants no steps need not unpack
         cost = event.cost
@@ -230,6 +233,7 @@ class SessionReader:
         self._file = McapReader(self.path)
         self.damage: list[str] = self._file.damage
         self._types: dict[str, type[Message]] = {}
+        self._owners: dict[int, TrialRecord] = {}
 
     def events(self, steps: bool = True) -> Iterator[Event]:
         """The events as they were written, arrays equal bit for bit; of a cut file all that were flushed.
@@ -266,11 +270,15 @@ class SessionReader:
 
     def _with_record(self, event: TrialFinished, recorded: TrialSteps) -> TrialFinished:
         key = (event.segment, event.formulation, event.trial)
-        if key != (recorded.segment, recorded.formulation, recorded.trial):
+        lost = key != (recorded.segment, recorded.formulation, recorded.trial)
+        if lost or (recorded.shared and recorded.owner not in self._owners):
             self.damage.append(f"the steps of trial {event.trial} of segment {event.segment} are missing")
             return event
         try:
-            return replace(event, record=unpack_record(recorded))
+            record = unpack_record(recorded, self._owners.get(recorded.owner))
+            if recorded.owns:
+                self._owners[recorded.number] = record
+            return replace(event, record=record)
         except (ValueError, TypeError, IndexError) as error:
             raise FileError(
                 self.path,

@@ -1,5 +1,7 @@
 """Packed columns give back every bit, whatever the numbers."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import zstandard
@@ -9,7 +11,7 @@ from hypothesis.extra.numpy import arrays
 from recorded import STEP, record
 
 from imitate.formats.columns import Packed, pack, pack_integral, pack_rotations, unpack
-from imitate.formats.steps import pack_record, unpack_record
+from imitate.formats.steps import Prefixes, pack_record, unpack_record
 
 ANY = st.integers(0, 2**64 - 1)  # as bits: NaNs with payloads, −0, subnormals and infinities too
 SHAPES = st.tuples(st.integers(0, 12), st.integers(0, 3))
@@ -84,3 +86,20 @@ def test_bytes_of_the_wrong_length_are_refused() -> None:
         unpack(Packed(packed.shape, packed.expected, 0.0, packed.planes[:-1]))
     with pytest.raises(ValueError, match="unknown kind 'fourier'"):
         unpack(Packed(packed.shape, "fourier", 0.0, packed.planes))
+
+
+def test_steps_in_common_are_written_once() -> None:
+    first = record(40, seed=1)  # its second option starts at step 20
+    changed = np.array(first.joint_positions)
+    changed[20:] += 1
+    second = replace(first, joint_positions=changed)
+    third = replace(second, commands=first.commands + 1)
+    prefixes = Prefixes()
+    assert [prefixes.take(r) for r in (first, second, third)] == [(0, 0, 0), (1, 20, 0), (2, 0, 0)]
+    packed = pack_record(second, (0, 0, 1), 1, 20, 0)
+    assert packed.joint_positions.shape == (20, 9)
+    assert packed.commands.shape == (5, 8)
+    assert not packed.owns
+    read = unpack_record(packed, first)
+    for field in ("commands", *second.STATE_FIELDS):
+        assert_same_bits(getattr(read, field), getattr(second, field))

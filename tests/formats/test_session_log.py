@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import recorded
 import scripted
+from mcap.reader import make_reader
 from recorded import same
 
 from imitate import events
@@ -203,3 +204,42 @@ def test_peoples_tools_find_their_topics(session: Path, story: list[Event]) -> N
     assert topics["/tf"][1] == sum(-(-t.record.steps // 8) for t in trials if t.record)
     assert topics["/demonstration/hand"] == ("foxglove.PoseInFrame", 361)
     assert topics["/demonstration/objects/blue"] == ("foxglove.PoseInFrame", 361)
+
+
+def sharing(count: int) -> list[Event]:
+    """Trials that differ only after their second option starts."""
+    first = recorded.record(400, seed=7)
+    trials = []
+    for number in range(count):
+        velocities = np.array(first.joint_velocities)
+        velocities[200:] += number
+        record = replace(first, joint_velocities=velocities)
+        trials.append(replace(scripted.trial(1, 0, number, "evaluate", 0, 1.0, ""), record=record))
+    return [scripted.started(), *trials]
+
+
+def test_what_trials_have_in_common_is_stored_once(tmp_path: Path) -> None:
+    story = sharing(6)
+    one = written(tmp_path / "one.mcap", story[:2]).stat().st_size
+    two = written(tmp_path / "two.mcap", story[:3]).stat().st_size
+    six = written(tmp_path / "six.mcap", story)
+    bare = written(tmp_path / "bare.mcap", story[:1]).stat().st_size
+    assert two - one < 0.7 * (one - bare)
+    assert all(same(before, after) for before, after in zip(story, read_session(six), strict=True))
+
+
+def test_trials_that_share_lost_steps_lose_them_too_and_say_so(tmp_path: Path) -> None:
+    path = written(tmp_path / "s.mcap", sharing(3))
+    with path.open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    steps = next(key for key, channel in summary.channels.items() if channel.topic == "/imitate/trial_steps")
+    first = next(chunk for chunk in summary.chunk_indexes if steps in chunk.message_index_offsets)
+    data = bytearray(path.read_bytes())
+    data[first.chunk_start_offset + first.chunk_length // 2] ^= 0xFF
+    path.write_bytes(data)
+    reader = SessionReader(path)
+    trials = [event for event in reader.events() if isinstance(event, TrialFinished)]
+    assert [trial.record for trial in trials] == [None, None, None]
+    assert reader.damage[0].startswith("a damaged chunk")
+    assert reader.damage[1:] == [f"the steps of trial {n} of segment 1 are missing" for n in (1, 2)]
