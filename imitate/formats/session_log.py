@@ -33,6 +33,7 @@ from imitate.events import (
     SessionStarted,
     TrialFinished,
 )
+from imitate.formats import columns
 from imitate.formats.curves import curve_channel, curve_message, transforms
 from imitate.formats.demonstrations import pose_channels, pose_messages
 from imitate.formats.kind import METADATA
@@ -146,6 +147,7 @@ class SessionWriter:
                 "kind": "session",
                 "schema": str(SCHEMA),
                 "imitate": __version__,
+                "columns": columns.__doc__ or "",
             }
         }
         # a chunk ends where it is flushed: after a trial

@@ -69,13 +69,13 @@ class Prefixes:
         number, self._count = self._count, self._count + 1
         digest = blake2b(repr((record.time_step, record.control_every, record.start.force)).encode())
         for array in (record.start.joints, record.start.objects):
-            digest.update(array)
+            digest.update(array.tobytes())
         shared = owner = begun = 0
         for boundary in record.option_starts[1:]:
             if boundary % record.control_every:
                 break
             for array in _rows(record, begun, boundary).values():
-                digest.update(np.ascontiguousarray(array))
+                digest.update(array.tobytes())
             found = self._first.setdefault(digest.digest(), number)
             if found != number:
                 shared, owner = boundary, found

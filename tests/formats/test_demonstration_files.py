@@ -6,7 +6,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from imitate.demonstration import Demonstration
-from imitate.errors import DemonstrationError, FileError
+from imitate.errors import DemonstrationError, FileError, ImitateError
 from imitate.formats.demonstrations import read_demonstration, write_demonstration
 from imitate.formats.kind import kind_of
 from imitate.geometry import normalised
@@ -161,3 +161,23 @@ def test_content_counts_more_than_the_suffix(tmp_path: Path) -> None:
 def test_every_shared_demonstration_is_read() -> None:
     for path in sorted(SHARED.glob("*.npz")):
         assert read_demonstration(path).duration > 0.9
+
+
+@pytest.mark.parametrize("suffix", ["npz", "mcap"])
+@settings(max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@given(data=st.data())
+def test_damage_is_always_explained(tmp_path: Path, suffix: str, data: st.DataObject) -> None:
+    whole = tmp_path / f"whole.{suffix}"
+    if not whole.exists():
+        write_demonstration(demonstration(), whole)
+    changed = bytearray(whole.read_bytes())
+    for _ in range(data.draw(st.integers(1, 3))):
+        changed[data.draw(st.integers(0, len(changed) - 1))] = data.draw(st.integers(0, 255))
+    changed = changed[: data.draw(st.integers(len(changed) // 2, len(changed)))]
+    path = tmp_path / f"damaged.{suffix}"
+    path.write_bytes(changed)
+    for read in (read_demonstration, kind_of):
+        try:
+            read(path)
+        except ImitateError as error:
+            assert str(error).startswith(str(path))

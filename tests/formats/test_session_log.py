@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 import recorded
 import scripted
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from mcap.reader import make_reader
 from recorded import same
 
 from imitate import events
-from imitate.errors import FileError
+from imitate.errors import FileError, ImitateError
 from imitate.events import Event, TrialFinished
 from imitate.formats import session_log
 from imitate.formats.kind import kind_of
@@ -243,3 +245,22 @@ def test_trials_that_share_lost_steps_lose_them_too_and_say_so(tmp_path: Path) -
     assert [trial.record for trial in trials] == [None, None, None]
     assert reader.damage[0].startswith("a damaged chunk")
     assert reader.damage[1:] == [f"the steps of trial {n} of segment 1 are missing" for n in (1, 2)]
+
+
+@settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@given(data=st.data())
+def test_damage_is_always_explained(tmp_path: Path, data: st.DataObject) -> None:
+    whole = tmp_path / "whole.mcap"
+    if not whole.exists():
+        written(whole, sharing(2))
+    changed = bytearray(whole.read_bytes())
+    for _ in range(data.draw(st.integers(1, 3))):
+        changed[data.draw(st.integers(0, len(changed) - 1))] = data.draw(st.integers(0, 255))
+    changed = changed[: data.draw(st.integers(len(changed) // 2, len(changed)))]
+    path = tmp_path / "damaged.mcap"
+    path.write_bytes(changed)
+    for read in (summarise, lambda path: list(read_session(path)), kind_of):
+        try:
+            read(path)
+        except ImitateError as error:
+            assert str(error).startswith(str(path))
