@@ -24,7 +24,10 @@ SettingsFile = Annotated[
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout, for machines.")]
 Force = Annotated[bool, typer.Option("--force", help="Overwrite the output where it exists.")]
-Seed = Annotated[int, typer.Option("--seed", min=0, help="The same seed gives the same result, bit for bit.")]
+Seed = Annotated[
+    int,
+    typer.Option("--seed", min=0, max=2**63 - 1, help="The same seed gives the same result, bit for bit."),
+]
 Workers = Annotated[
     int | None, typer.Option("--workers", min=1, help="Processes that run trials; by default one per core.")
 ]

@@ -115,19 +115,20 @@ class SessionWriter:
             if isinstance(event, _FLUSHED):
                 self._mcap.flush()
         except OSError as error:
-            raise FileError(
-                self.path, f"cannot be written ({error.strerror})", "What was flushed before is safe."
-            ) from error
+            raise self._unwritable(error) from error
 
     def close(self) -> None:
         """Writes the summary; the file is a whole MCAP file after this, the session complete or not."""
         if self._stream.closed:
             return
         try:
-            if self._mcap is not None:
-                self._mcap.finish()
-        finally:
-            self._stream.close()
+            try:
+                if self._mcap is not None:
+                    self._mcap.finish()
+            finally:
+                self._stream.close()
+        except OSError as error:
+            raise self._unwritable(error) from error
 
     def __enter__(self) -> SessionWriter:
         return self
@@ -136,6 +137,13 @@ class SessionWriter:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+    def _unwritable(self, error: OSError) -> FileError:
+        return FileError(
+            self.path,
+            f"cannot be written any more ({error.strerror})",
+            "Every trial flushed before is in it.",
+        )
 
     def _start(self, event: SessionStarted) -> None:
         self._names = event.scene.object_names

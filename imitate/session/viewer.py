@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from imitate.errors import FileError
 from imitate.events import (
     Converged,
     Decided,
@@ -60,13 +61,12 @@ class Viewer:
         force: replace what is there.
 
     Raises:
-        FileError: the file exists and ``force`` is not given.
+        FileError: the file exists and ``force`` is not given, or, at the first event, it cannot be written.
     """
 
     def __init__(self, path: Path | str, force: bool = False) -> None:
         self.path = Path(path)
         refuse_existing(self.path, force)
-        self.path.parent.mkdir(parents=True, exist_ok=True)
         self._recording: rr.RecordingStream | None = None
         self._scene: SceneSpec
         self._time = 0.0
@@ -100,6 +100,11 @@ class Viewer:
     def _start(self, event: SessionStarted) -> None:
         import rerun as rr
 
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            self.path.write_bytes(b"")  # rerun would only log that it cannot
+        except OSError as error:
+            raise FileError(self.path, f"cannot be written ({error.strerror})") from error
         rr.set_strict_mode(True)  # else a mistake here would be a line in a log that nobody reads
         self._scene = event.scene
         identity = f"{event.source} seed {event.seed} {event.source_hash[:8]}"

@@ -264,3 +264,34 @@ def test_damage_is_always_explained(tmp_path: Path, data: st.DataObject) -> None
             read(path)
         except ImitateError as error:
             assert str(error).startswith(str(path))
+
+
+FULL = """
+import resource, sys, recorded
+from imitate.errors import FileError
+from imitate.formats.session_log import SessionWriter
+resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000))
+try:
+    with SessionWriter(sys.argv[1]) as log:
+        for event in recorded.session():
+            log.write(event)
+except FileError as error:
+    print(error)
+"""
+
+
+def test_a_full_disk_is_said_and_costs_no_flushed_trial(tmp_path: Path) -> None:
+    path = tmp_path / "full.mcap"
+    tests = str(Path(__file__).parents[1])
+    run = subprocess.run(
+        [sys.executable, "-c", f"import sys; sys.path.insert(0, {tests!r}){FULL}", str(path)],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert run.stdout.startswith(f"{path}: cannot be written any more (File too large). Every trial flushed")
+    reader = SessionReader(path)
+    read = list(reader.events())
+    assert len(read) > 10
+    assert all(same(before, after) for before, after in zip(recorded.session(), read, strict=False))
+    assert reader.damage

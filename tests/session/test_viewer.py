@@ -114,3 +114,10 @@ def test_rerun_is_imported_late() -> None:
 
     code = "import sys, imitate.session.viewer; sys.exit('rerun' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_a_folder_that_cannot_be_made(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    viewer = Viewer(tmp_path / "file" / "s.rrd")
+    with pytest.raises(FileError, match=r"s.rrd: cannot be written \("):
+        viewer.write(scripted.started())
