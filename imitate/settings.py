@@ -89,8 +89,8 @@ class PolicySettings(_Section):
     stiffness: float = Field(default=50.0, gt=4, le=500)
     """α of the pose DMP, per duration; β = α/4."""
     gripper_kernels: int = Field(default=5, ge=2, le=100)
-    gripper_decay: float = Field(default=2.0, gt=0, le=20)
-    """phase decay of the gripper DMP, whose goal is no force."""
+    gripper_decay: float = Field(default=0.0, ge=0, le=20)
+    """phase decay of the gripper DMP, whose goal is no force; 0: the phase, and so the force, falls evenly."""
     gripper_stiffness: float = Field(default=50.0, gt=4, le=500)
     """α of the gripper DMP, per duration."""
     open_below: float = Field(default=2.0, ge=0)
@@ -127,8 +127,8 @@ class Learning(_Section):
     """constant over a rollout and a scalar cost (PI^BB), or per kernel with cost to go (PI²)."""
     pose_noise: float = Field(default=0.02, ge=0)
     """standard deviation, as a share of the mean absolute pose weight."""
-    gripper_noise: float = Field(default=60.0, ge=0)
-    """N, standard deviation."""
+    gripper_noise: float = Field(default=40.0, ge=0)
+    """N, standard deviation; where the phase falls evenly, 40 found a grasp more often than 60."""
     least_noise: float = Field(default=0.1, ge=0, le=1)
     """the factor max(least_noise, (U − i − 1)/U) scales the noise at update i."""
     terminal_first: bool = True
@@ -139,6 +139,8 @@ class Learning(_Section):
     """best trials that compete with the mean policy after each update; 0: the mean alone."""
     candidate_starts: int = Field(default=3, ge=1)
     """perturbed starts on which the candidates compete."""
+    sure: float = Field(default=0.95, gt=0, le=1)
+    """P from which a policy is accepted at once; from α up to it, only when improvement has come to an end."""
 
     judge: Literal["pose", "cost"] = "pose"
     """β: every relevant body near its shown pose and at rest, or terminal cost below `cost_threshold`."""
@@ -158,8 +160,9 @@ class Learning(_Section):
     """per (m/s²)² and control tick of the hand."""
     switch_cost: float = Field(default=5.0, ge=0)
     """for each opening or closing of the gripper (the paper, section 6)."""
-    charge_closed_end: bool = True
-    """a trial that ends closed pays for opening too, where the demonstration then has the hand leave."""
+    closed_end_cost: float = Field(default=10.0, ge=0)
+    """terminal, for ending closed where the demonstration then has the hand leave; without it, holding on is
+    cheaper by the opening saved."""
     unreachable_cost: float = Field(default=200.0, ge=0)
     """terminal cost of a trial that was stopped at a pose out of reach."""
 
@@ -227,8 +230,10 @@ _FAITHFUL: dict[str, dict[str, Any]] = {
         "candidates": 0,
         "terminal_first": False,
         "judge": "cost",
-        "charge_closed_end": False,
+        "closed_end_cost": 0.0,
+        "gripper_noise": 60.0,
     },
+    "policy": {"gripper_decay": 2.0},
 }
 
 

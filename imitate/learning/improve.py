@@ -1,8 +1,9 @@
 """One formulation learned: trials → update → convergence → P, as a generator of events.
 
-Robust: after each batch of trials the successful ones compete on perturbed starts, and the winner is
-accepted once P(β = 1 | π) ≥ α over many; the mean policy goes on being improved until one is, or the
-trials are used up. Faithful: the mean policy alone is judged, when its cost has converged.
+Robust: after each batch of trials the successful ones compete on a few perturbed starts and the winner's
+P(β = 1 | π) is estimated on many. The mean policy goes on being improved until a winner is all but sure, the
+mean has converged, or the trials are used up; then the best winner is judged by α. Faithful: the mean policy
+alone is judged, when its cost has converged.
 """
 
 from __future__ import annotations
@@ -31,18 +32,20 @@ class Learned:
 
     Attributes:
         policy: the best found, accepted or not.
+        cost: of its trial from the shown start.
         success: over the perturbed starts.
         accepted: P ≥ α.
-        why: what most trials failed of, in words; empty when accepted.
+        why: what most starts failed of, in words; empty where none did.
     """
 
     policy: Policy
+    cost: float
     success: Success
     accepted: bool
     why: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Tried:
     policy: Policy
     event: TrialFinished
@@ -72,7 +75,8 @@ class Improvement:
         self.count = 0
         self.update = 0
         self.tried: list[_Tried] = []
-        self.fits: dict[int, Success] = {}
+        self.competed: list[_Tried] = []
+        self.best: Learned | None = None
 
     def run(self, shown: Start) -> Generator[Event, None, Learned]:
         """Learns; yields what happens and returns what came of it."""
@@ -82,14 +86,14 @@ class Improvement:
         if s.imitation_first:
             tried = yield from self._explore(start, [self.mean])
             means.append(tried[0].cost)
-            learned = yield from self._judge_best()
-            if learned is not None and learned.accepted:
+            learned = yield from self._compete()
+            if learned is not None:
                 return learned
         for self.update in range(s.updates):
             batch = self._batch()
             tried = yield from self._explore(start, batch)
-            learned = yield from self._judge_best()
-            if learned is not None and learned.accepted:
+            learned = yield from self._compete()
+            if learned is not None:
                 return learned
             if batch[0] is self.mean:
                 means.append(tried[0].cost)
@@ -169,31 +173,39 @@ class Improvement:
             *self._id, trial, purpose, self.update, policies, cost, not failure, failure, record
         )
 
-    def _judge_best(self) -> Generator[Event, None, Learned | None]:
-        # The successful trials that have not competed yet do so; a winner of all its starts is judged.
+    def _compete(self) -> Generator[Event, None, Learned | None]:
+        # The successful trials that have not competed yet do so on perturbed starts; the winner is judged.
         s = self.settings.learning
-        if not s.candidates:
-            return None
-        good = [k for k, t in enumerate(self.tried) if t.event.success]
-        new = [k for k in sorted(good, key=lambda k: self.tried[k].cost) if k not in self.fits]
-        for k in new[: s.candidates + 1]:
+        new = [t for t in self.tried if t.event.success and t not in self.competed]
+        new = sorted(new, key=lambda t: t.cost)[: s.candidates + 1] if s.candidates else []
+        fits = []
+        for tried in new:
             starts = perturbed_starts(self.trials.spec, s.candidate_starts, self._seed(1), self.settings)
-            events = yield from self._evaluate(self.tried[k].policy, starts, "choose")
-            self.fits[k] = Success(sum(e.success for e in events), len(events))
-            if self.fits[k].rate == 1:
-                learned = yield from self._judge(self.tried[k])
-                if learned.accepted:
-                    return learned
-        return None
+            events = yield from self._evaluate(tried.policy, starts, "choose")
+            failed = sum(not e.success for e in events)
+            fits.append((failed, sum(e.cost.total for e in events)))
+        self.competed += new
+        if not fits or min(fits)[0]:
+            return None
+        winner = new[fits.index(min(fits))]
+        success, why = yield from self._success_of(winner)
+        sure = success.rate >= max(s.sure, s.alpha)
+        if self.best is None or success.rate > self.best.success.rate:
+            self.best = Learned(winner.policy, winner.cost, success, success.rate >= s.alpha, why)
+        yield self._evaluated(success, sure, winner.cost)
+        return self.best if sure else None
 
-    def _judge(self, tried: _Tried) -> Generator[Event, None, Learned]:
+    def _success_of(self, tried: _Tried) -> Generator[Event, None, tuple[Success, str]]:
+        # P over the perturbed starts, and what most failures were.
         s = self.settings.learning
         starts = perturbed_starts(self.trials.spec, s.evaluation_starts, self._seed(2), self.settings)
         events = yield from self._evaluate(tried.policy, starts, "evaluate")
-        success = Success(sum(e.success for e in events), len(events))
-        accepted = success.rate >= s.alpha
-        yield Evaluated(*self._id, success.successes, success.trials, *success.interval, accepted, tried.cost)
-        return Learned(tried.policy, success, accepted, "" if accepted else _most_common(events))
+        reasons = [event.failure for event in events if event.failure]
+        why = max(reasons, key=reasons.count) if reasons else ""
+        return Success(len(events) - len(reasons), len(events)), why
+
+    def _evaluated(self, success: Success, accepted: bool, cost: float) -> Evaluated:
+        return Evaluated(*self._id, success.successes, success.trials, *success.interval, accepted, cost)
 
     def _evaluate(
         self, policy: Policy, starts: list[Start], purpose: Purpose
@@ -210,8 +222,11 @@ class Improvement:
         # A grasp happens or does not: until one does, costs that stay equal say nothing of the gripper. And a
         # policy that succeeds, if not often enough, is worth going on with.
         s = self.settings.learning
-        hopeful = s.candidates and (self._succeeded or len(self.mean.gripper_weights) > 0)
-        return not hopeful and len(means) > 1 and abs(means[-1] - means[-2]) < s.converged_below
+        acceptable = self.best is not None and self.best.accepted
+        promising = self._succeeded or len(self.mean.gripper_weights) > 0
+        if s.candidates and promising and not acceptable:
+            return False
+        return len(means) > 1 and abs(means[-1] - means[-2]) < s.converged_below
 
     def _improve(self) -> PolicyUpdated:
         s = self.settings.learning
@@ -248,7 +263,7 @@ class Improvement:
         # S_i = φ_N + Σ_{j≥i} q_j over the movement; a trial cut short cost nothing more after its end.
         event, s = tried.event, self.settings
         assert event.record is not None
-        acceleration, switches = immediate_costs(self.problem, event.record, s.learning)
+        acceleration, switches = immediate_costs(event.record, s.learning)
         ticks = round(tried.policy.duration * s.world.control_rate)
         immediate = np.zeros(max(ticks, len(acceleration)))
         immediate[: len(acceleration)] = acceleration + switches
@@ -256,22 +271,20 @@ class Improvement:
         return np.asarray(to_go[:ticks])
 
     def _last_word(self) -> Generator[Event, None, Learned]:
-        # The trials are used up: judge the best there is.
+        # The best winner so far; without one, the best trial (robust) or the mean policy (faithful).
         s = self.settings.learning
-        if not s.candidates:
-            mean = _Tried(self.mean, self.tried[-1].event)
-            return (yield from self._judge(mean))
-        best = min(
-            range(len(self.tried)),
-            key=lambda k: (-self.fits[k].rate if k in self.fits else 0.0, self._value(self.tried[k])),
-        )
-        return (yield from self._judge(self.tried[best]))
+        if self.best is None:
+            chosen = (
+                min(self.tried, key=lambda t: (not t.event.success, self._value(t)))
+                if s.candidates
+                else _Tried(self.mean, self.tried[-1].event)
+            )
+            success, why = yield from self._success_of(chosen)
+            accepted = success.rate >= s.alpha
+            self.best = Learned(chosen.policy, chosen.cost, success, accepted, why)
+        yield self._evaluated(self.best.success, self.best.accepted, self.best.cost)
+        return self.best
 
 
 def _or_zero(noise: Array, like: Array) -> Array:
     return noise if len(noise) else np.zeros_like(like)
-
-
-def _most_common(events: Sequence[TrialFinished]) -> str:
-    reasons = [event.failure for event in events if event.failure]
-    return max(reasons, key=reasons.count) if reasons else ""

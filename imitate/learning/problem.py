@@ -92,7 +92,9 @@ def _ends(problem: Problem, record: TrialRecord, body: str) -> Array:
 def cost_of(problem: Problem, record: TrialRecord, unreachable: bool, settings: Learning) -> CostTerms:
     """What the last option of a trial cost, by term (authors' code; ALGORITHMS 5)."""
     terminal = settings.unreachable_cost if unreachable else _terminal(problem, record, settings)
-    acceleration, switches = immediate_costs(problem, record, settings)
+    if problem.lets_go and record.commands[-1, -1] > 0:
+        terminal += settings.closed_end_cost
+    acceleration, switches = immediate_costs(record, settings)
     return CostTerms(terminal, float(acceleration.sum()), float(switches.sum()))
 
 
@@ -106,7 +108,7 @@ def _terminal(problem: Problem, record: TrialRecord, settings: Learning) -> floa
     return float(total)
 
 
-def immediate_costs(problem: Problem, record: TrialRecord, settings: Learning) -> tuple[Array, Array]:
+def immediate_costs(record: TrialRecord, settings: Learning) -> tuple[Array, Array]:
     """Squared accelerations and gripper switches (C,) at each control tick of the last option."""
     every = record.control_every
     first = record.option_starts[-1]
@@ -117,8 +119,6 @@ def immediate_costs(problem: Problem, record: TrialRecord, settings: Learning) -
     before = record.commands[first // every - 1, -1] if first else record.start.force
     closed = np.append(before, record.commands[first // every :, -1]) > 0
     switches = settings.switch_cost * (closed[1:] != closed[:-1])
-    if settings.charge_closed_end and problem.lets_go and closed[-1]:
-        switches[-1] += settings.switch_cost
     return acceleration, switches
 
 

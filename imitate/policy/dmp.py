@@ -46,12 +46,12 @@ def response(samples: int, kernels: int, decay: float, stiffness: float) -> Resp
     Args:
         samples: N, the start included.
         kernels: n, centred at equal times.
-        decay: a, phase rate over the movement: x ends at exp(−a).
+        decay: a, phase rate over the movement: x ends at exp(−a); 0 for a phase that falls evenly to 0.
         stiffness: α per duration; β = α/4 damps critically.
     """
     time = np.linspace(0, 1, samples)
-    phase = np.exp(-decay * time)
-    activations = _activations(phase, kernels, decay)
+    phase = _phase(time, decay)
+    activations = _activations(phase, _phase(np.linspace(0, 1, kernels), decay))
     spring = stiffness * stiffness / 4  # αβ
     forcing = spring * phase[:, None] * activations
     most_active = activations == activations.max(axis=1, keepdims=True)
@@ -66,8 +66,11 @@ def response(samples: int, kernels: int, decay: float, stiffness: float) -> Resp
     )
 
 
-def _activations(phase: Array, kernels: int, decay: float) -> Array:
-    centres = np.exp(-decay * np.linspace(0, 1, kernels))
+def _phase(time: Array, decay: float) -> Array:
+    return np.asarray(np.exp(-decay * time) if decay else 1 - time)
+
+
+def _activations(phase: Array, centres: Array) -> Array:
     widths = np.abs(np.diff(centres))
     widths = np.append(widths, widths[-1])
     psi = np.exp(-0.5 * ((phase[:, None] - centres) / widths) ** 2)
