@@ -64,10 +64,10 @@ class Attempt:
 
     @property
     def cost(self) -> float | None:
-        """Cost of the policy that was judged; before that, of the best trial so far; None without trials."""
+        """Cost of the policy that was judged; before that, of the best exploring trial; None without."""
         if self.evaluated:
             return self.evaluated.cost
-        return min((trial.cost.total for trial in self.trials), default=None)
+        return min((trial.cost.total for trial in self.trials if trial.purpose == "explore"), default=None)
 
 
 @dataclass

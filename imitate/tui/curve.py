@@ -22,6 +22,7 @@ class CostCurve(PlotWidget):
     def on_mount(self) -> None:
         """Names of the axes, which never change."""
         super().on_mount()
+        self.margin_bottom = 2
         self.set_xlabel("trial")
         self.set_ylabel("cost")
 

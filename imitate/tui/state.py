@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -133,7 +134,7 @@ class State:
 
 @dataclass(frozen=True)
 class Curve:
-    """Trials as (number, cost), apart by success, and updates as (number of the trial before, cost)."""
+    """Exploring trials as (number, cost), apart by success; updates as (number of trials before, cost)."""
 
     failed: tuple[tuple[int, float], ...]
     succeeded: tuple[tuple[int, float], ...]
@@ -141,13 +142,15 @@ class Curve:
 
     @classmethod
     def of(cls, attempt: Attempt | None) -> Curve:
-        """The curve of a formulation's exploring and choosing trials; trials count from 1."""
-        trials = [t for t in attempt.trials if t.purpose in ("explore", "choose")] if attempt else []
-        updates = attempt.updates if attempt else []
+        """The curve of a formulation; empty without one."""
+        if attempt is None:
+            return cls((), (), ())
+        explored = [k for k, trial in enumerate(attempt.trials) if trial.purpose == "explore"]
+        trials = [(n, attempt.trials[k]) for n, k in enumerate(explored, start=1)]
         return cls(
-            tuple((t.number + 1, t.cost.total) for t in trials if not t.success),
-            tuple((t.number + 1, t.cost.total) for t in trials if t.success),
-            tuple((u.after, u.cost) for u in updates),
+            tuple((n, trial.cost.total) for n, trial in trials if not trial.success),
+            tuple((n, trial.cost.total) for n, trial in trials if trial.success),
+            tuple((bisect_left(explored, update.after), update.cost) for update in attempt.updates),
         )
 
 

@@ -43,10 +43,8 @@ def outcome(attempt: Attempt, present: bool, running: bool) -> str:
         return "✓ accepted"
     if attempt.given_up:
         return "✗ given up"
-    if attempt.evaluated:
-        return "✗ rejected"
     if not (present and running):
-        return "■ stopped"
+        return "✗ rejected" if attempt.evaluated else "■ stopped"
     return "▸ judging" if attempt.trials and attempt.trials[-1].purpose == "evaluate" else "▸ learning"
 
 

@@ -1,0 +1,284 @@
+"""The application with the keyboard alone: what is asked of the engine, and what state results."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import islice
+from pathlib import Path
+
+import pytest
+import scripted
+from scripted_app import Script, scripted_app
+from textual.pilot import Pilot
+
+from imitate import events
+from imitate.errors import ImitateError
+from imitate.skill import Decision
+from imitate.tui.app import ImitateApp
+from imitate.tui.attempts import AttemptTable
+from imitate.tui.step import StepScreen
+
+SIZES = [(80, 24), (120, 40)]
+
+
+async def until(pilot: Pilot[None], holds: Callable[[], bool]) -> None:
+    """Wait for what a worker thread brings about."""
+    for _ in range(500):
+        await pilot.pause()
+        if holds():
+            return
+        await asyncio.sleep(0.01)
+    raise AssertionError("it did not come about in 5 s")
+
+
+def at(app: ImitateApp, step: str) -> Callable[[], bool]:
+    return lambda: isinstance(app.screen, StepScreen) and app.screen.STEP == step
+
+
+@pytest.mark.parametrize("size", SIZES)
+async def test_from_a_file_to_the_result_with_keys_alone(tmp_path: Path, size: tuple[int, int]) -> None:
+    script = Script(list(scripted.session()))
+    app = scripted_app(tmp_path, script, source=None)
+    async with app.run_test(size=size) as pilot:
+        await until(pilot, at(app, "load"))
+        await pilot.press("down", "down", "enter")
+        await until(pilot, at(app, "review"))
+        await pilot.press("right", "s")
+        await until(pilot, at(app, "done"))
+        await until(pilot, lambda: app.screen.query_one(AttemptTable).row_count == 4)
+    (task,) = script.tasks
+    assert task.source == tmp_path / "fixtures/stack.npz"
+    assert task.log == tmp_path / "sessions/stack-3.mcap"
+    assert task.seed == 3
+    assert [d.kind for d in task.decisions] == ["move"]
+    assert app.state.progress.finished == events.SessionFinished(True, "")
+
+
+async def test_every_event_of_a_burst_is_folded(tmp_path: Path) -> None:
+    start, cuts, stated, *_ = scripted.session()
+    burst = [scripted.trial(0, 0, n, "explore", 0, 30.0, "it fell") for n in range(3000)]
+    app = scripted_app(tmp_path, Script([start, cuts, stated, *burst]))
+    async with app.run_test() as pilot:
+        await until(pilot, at(app, "review"))
+        await pilot.press("s")
+        await until(pilot, lambda: app.state.ended)
+    assert app.state.progress.counts["explore"] == 3000
+
+
+async def test_drawing_is_coalesced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    start, cuts, stated, *_ = scripted.session()
+    burst = [scripted.trial(0, 0, n, "explore", 0, 30.0, "it fell") for n in range(2000)]
+    app = scripted_app(tmp_path, Script([start, cuts, stated, *burst], hold=True))
+    drawn = []
+    show = AttemptTable.show
+    monkeypatch.setattr(AttemptTable, "show", lambda self, state: (drawn.append(1), show(self, state)))
+    async with app.run_test() as pilot:
+        await until(pilot, at(app, "review"))
+        await pilot.press("s")
+        await until(pilot, lambda: app.state.progress.counts["explore"] == 2000)
+    assert len(drawn) < 100
+
+
+async def test_the_boundary_moves_and_the_move_is_undone(tmp_path: Path) -> None:
+    app = scripted_app(tmp_path)
+    async with app.run_test() as pilot:
+        await until(pilot, at(app, "review"))
+        await pilot.press("right", "l", "L", "shift+left", "h")
+        await until(pilot, lambda: len(app.state.decisions) == 5)
+        frames = [round(d.time * 30) for d in app.state.decisions]
+        assert frames == [121, 122, 125, 122, 121]
+        assert app.state.segments[0].human
+        await pilot.press("u")
+        await until(pilot, lambda: app.state.decisions[-1] == Decision("undo"))
+        assert round(app.state.segments[0].end * 30) == 122
+
+
+async def test_another_abstraction_is_chosen_from_the_ranked_ones(tmp_path: Path) -> None:
+    app = scripted_app(tmp_path)
+    async with app.run_test() as pilot:
+        await until(pilot, at(app, "review"))
+        await pilot.press("j", "enter", "down", "enter")
+        await until(pilot, lambda: len(app.state.decisions) == 1)
+    assert app.state.decisions == (Decision("relabel", 1, abstraction=scripted.REACH),)
+    assert app.state.segments[1].abstraction == scripted.REACH
+
+
+async def test_a_decision_that_is_refused_is_a_notice_and_changes_nothing(tmp_path: Path) -> None:
+    app = scripted_app(tmp_path)
+    async with app.run_test(notifications=True) as pilot:
+        await until(pilot, at(app, "review"))
+        await pilot.press("down", "right")
+        await until(pilot, lambda: len(app._notifications) == 1)
+        (notice,) = app._notifications
+        assert "Merge them instead" in notice.message
+    assert app.state.decisions == ()
+    assert app.state.segments == scripted.segments()
+
+
+async def test_stopping_finishes_the_present_trial_and_keeps_the_rest(tmp_path: Path) -> None:
+    script = Script(list(islice(scripted.session(), 12)), hold=True)
+    app = scripted_app(tmp_path, script)
+    async with app.run_test() as pilot:
+        await until(pilot, at(app, "review"))
+        await pilot.press("s")
+        await until(pilot, lambda: app.state.progress.counts["evaluate"] > 0)
+        await pilot.press("escape")
+        await until(pilot, at(app, "review"))
+        await pilot.press("right")  # nothing moves while learning runs
+        await pilot.press("s")
+        await until(pilot, at(app, "learn"))
+        await pilot.press("s")
+        await until(pilot, at(app, "done"))
+    assert len(script.tasks) == 1
+    assert app.state.decisions == ()
+    assert app.state.progress.finished is None
+    assert len(app.state.attempts) == 1
+
+
+async def test_keys_are_answered_while_learning_runs(tmp_path: Path) -> None:
+    app = scripted_app(tmp_path, Script(list(islice(scripted.session(), 60)), hold=True))
+    async with app.run_test() as pilot:
+        await until(pilot, at(app, "review"))
+        await pilot.press("s")
+        await until(pilot, lambda: app.screen.query_one(AttemptTable).row_count == 2)
+        await pilot.press("up")
+        table = app.screen.query_one(AttemptTable)
+        await until(pilot, lambda: table.cursor_row == 0 and not table.following)
+        await pilot.press("f")
+        await until(pilot, lambda: table.cursor_row == 1 and table.following)
+
+
+async def test_quitting_asks_only_while_learning(tmp_path: Path) -> None:
+    app = scripted_app(tmp_path, Script(list(islice(scripted.session(), 12)), hold=True))
+    async with app.run_test() as pilot:
+        await until(pilot, at(app, "review"))
+        await pilot.press("s")
+        await until(pilot, at(app, "learn"))
+        await pilot.press("q")
+        await until(pilot, lambda: not isinstance(app.screen, StepScreen))
+        await pilot.press("enter")  # no
+        await until(pilot, at(app, "learn"))
+        assert not app.state.stopping
+        await pilot.press("q", "y")
+        await until(pilot, lambda: not app.is_running)
+    assert app.state.stopping
+
+
+async def test_quitting_without_learning_does_not_ask(tmp_path: Path) -> None:
+    app = scripted_app(tmp_path)
+    async with app.run_test() as pilot:
+        await until(pilot, at(app, "review"))
+        await pilot.press("q")
+        await until(pilot, lambda: not app.is_running)
+
+
+@pytest.mark.parametrize(
+    ("ending", "message"),
+    [
+        (ImitateError("cubeA stands out of reach. Move it nearer."), "cubeA stands out of reach. Move it nearer."),
+        (ZeroDivisionError("division by zero"), "This is a fault of imitate"),
+    ],
+)
+async def test_learning_that_fails_at_once_is_a_notice_and_leads_back_to_review(
+    tmp_path: Path, ending: Exception, message: str
+) -> None:
+    app = scripted_app(tmp_path, Script([], ending=ending))
+    async with app.run_test(notifications=True) as pilot:
+        await until(pilot, at(app, "review"))
+        await pilot.press("s")
+        await until(pilot, lambda: len(app._notifications) == 1)
+        await until(pilot, at(app, "review"))
+        (notice,) = app._notifications
+    assert message in notice.message
+    assert app.state.editable
+
+
+async def test_a_file_that_cannot_be_opened_is_a_notice(tmp_path: Path) -> None:
+    app = scripted_app(tmp_path, source="fixtures/broken.mcap")
+    async with app.run_test(notifications=True) as pilot:
+        await until(pilot, lambda: len(app._notifications) == 1)
+        (notice,) = app._notifications
+        assert "Record it again." in notice.message
+        assert at(app, "load")()
+
+
+async def test_a_recorded_session_opens_at_its_result_and_cannot_be_changed(tmp_path: Path) -> None:
+    app = scripted_app(tmp_path, source="sessions/stack-001.mcap")
+    async with app.run_test() as pilot:
+        await until(pilot, at(app, "done"))
+        assert app.screen.query_one(AttemptTable).row_count == 4
+        await pilot.press("escape")
+        await until(pilot, at(app, "learn"))
+        await pilot.press("escape")
+        await until(pilot, at(app, "review"))
+        await pilot.press("right", "u", "s")
+        await pilot.pause(0.1)
+        assert at(app, "review")()
+    assert app.state.decisions == ()
+
+
+async def test_a_recording_is_observed_and_then_reviewed(tmp_path: Path) -> None:
+    app = scripted_app(tmp_path, source="fixtures/stack.mcap")
+    async with app.run_test() as pilot:
+        await until(pilot, at(app, "review"))
+    assert app.state.kind == "recording"
+    assert app.state.lost == {"hand": 2, "blue": 0, "green": 0}
+
+
+async def test_observing_is_left_with_escape(tmp_path: Path) -> None:
+    app = scripted_app(tmp_path, Script(hold=True), source="fixtures/stack.mcap")
+    async with app.run_test() as pilot:
+        await until(pilot, lambda: app.state.observed == 0.4)
+        assert at(app, "observe")()
+        await pilot.press("escape")
+        await until(pilot, at(app, "load"))
+        await until(pilot, lambda: not any(worker.is_running for worker in app.workers))
+    assert app.state.demonstration is None
+
+
+async def test_another_file_after_the_result(tmp_path: Path) -> None:
+    app = scripted_app(tmp_path, Script(list(scripted.session())))
+    async with app.run_test() as pilot:
+        await until(pilot, at(app, "review"))
+        await pilot.press("right", "s")
+        await until(pilot, at(app, "done"))
+        await pilot.press("n")
+        await until(pilot, at(app, "load"))
+        await pilot.press("down", "down", "enter")
+        await until(pilot, at(app, "review"))
+        await until(pilot, lambda: app.state.decisions == ())
+        assert not app.state.ended
+
+
+async def test_learning_again_begins_anew_and_never_writes_over_a_session(tmp_path: Path) -> None:
+    script = Script(list(scripted.session()))
+    app = scripted_app(tmp_path, script)
+    async with app.run_test() as pilot:
+        await until(pilot, at(app, "review"))
+        await pilot.press("s")
+        await until(pilot, at(app, "done"))
+        script.tasks[0].log.touch()
+        await pilot.press("escape", "escape")
+        await until(pilot, at(app, "review"))
+        await pilot.press("s")
+        await until(pilot, lambda: len(script.tasks) == 2 and app.state.ended)
+    assert [task.log.name for task in script.tasks] == ["stack-3.mcap", "stack-3-2.mcap"]
+    assert len(app.state.attempts) == 4
+
+
+async def test_going_back_to_a_segment_shows_its_new_formulation(tmp_path: Path) -> None:
+    story = list(scripted.session())
+    learned = [k for k, event in enumerate(story) if isinstance(event, events.OptionLearned)]
+    again = replace(story[2].formulation, index=1, reason="the carry failed: learn the reach again")
+    app = scripted_app(tmp_path, Script([*story[: learned[1]], events.FormulationStarted(again)], hold=True))
+    async with app.run_test() as pilot:
+        await until(pilot, at(app, "review"))
+        await pilot.press("s")
+        await until(pilot, lambda: len(app.state.attempts) == 4)
+        table = app.screen.query_one(AttemptTable)
+        await until(pilot, lambda: table.row_count == 4)
+        rows = [table.get_row_at(k) for k in range(4)]
+    assert [row[0] for row in rows] == ["1", "1", "2", "2"]
+    assert rows[1][-1] == "▸ learning"
