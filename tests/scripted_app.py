@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import scripted
+from textual.pilot import Pilot
 
 from imitate.demonstration import Demonstration
 from imitate.errors import FileError, UsageError
@@ -53,6 +55,20 @@ class Script:
             waiting.wait(0.01)
         if not self.hold:
             yield Seen(scripted.demonstration(), {"hand": 2, "blue": 0, "green": 0})
+
+
+async def until(pilot: Pilot[None], holds: Callable[[], bool], seconds: float = 20) -> None:
+    """Wait for what a worker thread brings about."""
+    ends = time.monotonic() + seconds
+    while not holds():
+        assert time.monotonic() < ends, f"it did not come about in {seconds} s"
+        await pilot.pause(0.01)
+    await pilot.pause()
+
+
+def at(app: ImitateApp, step: str) -> Callable[[], bool]:
+    """Whether a step is shown."""
+    return lambda: app.step is not None and app.step.is_mounted and step == app.step.STEP
 
 
 def kind_of(path: Path) -> str:

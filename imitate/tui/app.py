@@ -88,10 +88,16 @@ class ImitateApp(App[None]):
 
         return DoneScreen(self.state)
 
+    @property
+    def step(self) -> StepScreen | None:
+        """The step that is shown; None under a note, and once the application closes."""
+        top = self.screen_stack[-1] if self.screen_stack else None
+        return top if isinstance(top, StepScreen) else None
+
     def _draw(self) -> None:
-        if self._changed and isinstance(self.screen, StepScreen):
+        if self._changed and self.step:
             self._changed = False
-            self.screen.draw()
+            self.step.redraw()
 
     def notice(self, error: str) -> None:
         """An error, as words with a remedy."""
@@ -221,7 +227,7 @@ class ImitateApp(App[None]):
     def _ended(self) -> None:
         self.state.end()
         self._changed = True
-        if isinstance(self.screen, StepScreen) and self.screen.STEP == "learn":
+        if self.step and self.step.STEP == "learn":
             self.show("done" if self.state.ended else "review")
 
     @on(intents.Failed)
@@ -234,14 +240,14 @@ class ImitateApp(App[None]):
         """Help on this step and the focused widget, with the keys that do something now."""
         from imitate.tui.notes import HelpScreen
 
-        if not isinstance(self.screen, StepScreen):
+        if not self.step:
             return
         keys: dict[str, str] = {}
-        for active in self.screen.active_bindings.values():
+        for active in self.step.active_bindings.values():
             binding = active.binding
             if binding.tooltip:
                 keys.setdefault(self.get_key_display(binding), binding.tooltip)
-        self.push_screen(HelpScreen(self.screen.HELP, list(keys.items())))
+        self.push_screen(HelpScreen(self.step.HELP, list(keys.items())))
 
     def action_light_or_dark(self) -> None:
         """The other theme."""

@@ -3,28 +3,52 @@
 from __future__ import annotations
 
 import numpy as np
+from textual.app import ComposeResult
+from textual.containers import Grid
+from textual.strip import Strip
+from textual_hires_canvas import Canvas
 from textual_plot import HiResMode, PlotWidget
+from textual_plot.plot_widget import Legend
 
 from imitate.geometry import Array
 from imitate.tui.state import Curve
 from imitate.tui.timeline import BANDS
 
 
-class CostCurve(PlotWidget):
-    """○ a trial that failed, ● one in which β held, ◆ the policy after an update, ╌ C; ↑ is off the scale."""
+class _Canvas(Canvas):
+    """A canvas that NO_COLOR can be applied to, which fails on the original's unstyled empty lines."""
 
+    def render_line(self, y: int) -> Strip:
+        """A line, none where the canvas has not been drawn on yet."""
+        strip = super().render_line(y)
+        return strip if strip.cell_length else Strip([])
+
+
+class _Plot(PlotWidget):
     can_focus = False
 
     def __init__(self) -> None:
         super().__init__(allow_pan_and_zoom=False)
-        self._shown: tuple[Curve, float | None] | None = None
+
+    def compose(self) -> ComposeResult:
+        """As the original, with the canvas above."""
+        with Grid():
+            for part in ("margin-top", "margin-left", "plot", "margin-bottom"):
+                yield _Canvas(1, 1, id=part)
+        yield Legend(id="legend")
 
     def on_mount(self) -> None:
-        """Names of the axes, which never change."""
+        """No line is wasted below the axis."""
         super().on_mount()
         self.margin_bottom = 2
-        self.set_xlabel("trial")
-        self.set_ylabel("cost")
+
+
+class CostCurve(_Plot):
+    """○ a trial that failed, ● one in which β held, ◆ the policy after an update, ╌ C; ↑ is off the scale."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._shown: tuple[Curve, float | None] | None = None
 
     def show(self, curve: Curve, threshold: float | None) -> None:
         """Draw anew where something changed."""
@@ -35,6 +59,8 @@ class CostCurve(PlotWidget):
         with self.app.batch_update():
             self.clear()
             top = self._scale(curve, threshold)
+            self.set_xlabel("trial")
+            self.set_ylabel("cost")
             if curve.updates:
                 line = _plain(colours, "text-primary")
                 self.plot(*_columns(curve.updates), line_style=line, hires_mode=HiResMode.BRAILLE)
@@ -71,13 +97,8 @@ class CostCurve(PlotWidget):
         return top
 
 
-class DistanceCurve(PlotWidget):
+class DistanceCurve(_Plot):
     """The hand's distance to each object along the demonstration, with the boundaries between segments."""
-
-    can_focus = False
-
-    def __init__(self) -> None:
-        super().__init__(allow_pan_and_zoom=False)
 
     def show(self, series: dict[str, tuple[Array, Array]], cuts: list[float], at: int) -> None:
         """Draw distances in centimetres; the cut number ``at`` is the selected one."""

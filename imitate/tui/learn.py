@@ -117,7 +117,7 @@ def banner_words(state: State) -> str:
     if not given_up or present.formulation.index == 0:
         return ""
     last = given_up[-1]
-    return f"▲ Stated anew: skill {last.formulation.segment + 1}. {last.given_up}"
+    return f"▲ Skill {last.formulation.segment + 1} is stated anew: {last.given_up}"
 
 
 def attempt_words(state: State, attempt: Attempt | None) -> Content:

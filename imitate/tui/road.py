@@ -26,7 +26,7 @@ class Road(Static):
             parts.append(Content.styled(f"{sign} {step.capitalize()}", style))
             parts.append(Content(" ─ " if i < len(steps) - 1 else ""))
         if self._state.source:
-            parts.append(Content.styled(f"   {short(self._state.source)}", "$text-muted"))
+            parts.append(Content.styled(f"  {short(self._state.source)}", "$text-muted"))
         self.update(Content("").join(parts))
 
     def _look(self, step: Step, i: int, position: int) -> tuple[str, str]:

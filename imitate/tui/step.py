@@ -51,8 +51,13 @@ class StepScreen(Screen[None]):
 
     def on_screen_resume(self) -> None:
         """The state may have changed while another step was shown."""
-        self.draw()
-        self.refresh_bindings()
+        self.redraw()
+
+    def redraw(self) -> None:
+        """Draw anew, once there are widgets to draw on."""
+        if self.is_mounted and self.is_attached:
+            self.draw()
+            self.refresh_bindings()
 
     def action_back(self) -> None:
         """To the last step before this one that has something to show."""

@@ -2,39 +2,21 @@
 
 from __future__ import annotations
 
-import asyncio
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
 import pytest
 import scripted
-from scripted_app import Script, scripted_app
-from textual.pilot import Pilot
+from scripted_app import Script, at, scripted_app, until
 
 from imitate import events
 from imitate.errors import ImitateError
 from imitate.skill import Decision
-from imitate.tui.app import ImitateApp
 from imitate.tui.attempts import AttemptTable
 from imitate.tui.step import StepScreen
 
 SIZES = [(80, 24), (120, 40)]
-
-
-async def until(pilot: Pilot[None], holds: Callable[[], bool]) -> None:
-    """Wait for what a worker thread brings about."""
-    for _ in range(500):
-        await pilot.pause()
-        if holds():
-            return
-        await asyncio.sleep(0.01)
-    raise AssertionError("it did not come about in 5 s")
-
-
-def at(app: ImitateApp, step: str) -> Callable[[], bool]:
-    return lambda: isinstance(app.screen, StepScreen) and app.screen.STEP == step
 
 
 @pytest.mark.parametrize("size", SIZES)
@@ -177,7 +159,10 @@ async def test_quitting_without_learning_does_not_ask(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("ending", "message"),
     [
-        (ImitateError("cubeA stands out of reach. Move it nearer."), "cubeA stands out of reach. Move it nearer."),
+        (
+            ImitateError("cubeA stands out of reach. Move it nearer."),
+            "cubeA stands out of reach. Move it nearer.",
+        ),
         (ZeroDivisionError("division by zero"), "This is a fault of imitate"),
     ],
 )
@@ -234,7 +219,7 @@ async def test_observing_is_left_with_escape(tmp_path: Path) -> None:
         assert at(app, "observe")()
         await pilot.press("escape")
         await until(pilot, at(app, "load"))
-        await until(pilot, lambda: not any(worker.is_running for worker in app.workers))
+        await until(pilot, lambda: not any(worker.group == "open" for worker in app.workers))
     assert app.state.demonstration is None
 
 

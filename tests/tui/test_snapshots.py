@@ -1,0 +1,154 @@
+"""How each step looks, at the smallest size and at a comfortable one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import pytest
+import scripted
+from scripted_app import Script, at, scripted_app, until
+from textual.pilot import Pilot
+from textual.widgets import DirectoryTree, Static
+
+from imitate import events
+from imitate.errors import ImitateError
+from imitate.tui.app import ImitateApp
+
+SMALL, LARGE = (80, 24), (120, 40)
+both = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])
+Look = Callable[..., bool]
+
+
+@pytest.fixture
+def look(snap_compare: Callable[..., bool], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Look:
+    """Compare the application's picture once ``ready`` holds and ``keys`` were pressed."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("TEXTUAL_ANIMATIONS", "none")
+
+    def compare(
+        size: tuple[int, int],
+        ready: Callable[[ImitateApp], Callable[[], bool]],
+        keys: str = "",
+        then: Callable[[ImitateApp], Callable[[], bool]] | None = None,
+        script: Script | None = None,
+        **options: Any,
+    ) -> bool:
+        app = scripted_app(tmp_path, script, **options)
+        app.animation_level = "none"
+
+        async def run(pilot: Pilot[None]) -> None:
+            await until(pilot, ready(app))
+            for key in keys.split():
+                await pilot.press(key)
+            if then:
+                await until(pilot, then(app))
+            await pilot.pause(0.3)  # the next drawing has happened
+
+        return snap_compare(app, terminal_size=size, run_before=run)
+
+    return compare
+
+
+def shown(step: str) -> Callable[[ImitateApp], Callable[[], bool]]:
+    return lambda app: at(app, step)
+
+
+def when(holds: Callable[[ImitateApp], bool]) -> Callable[[ImitateApp], Callable[[], bool]]:
+    return lambda app: lambda: holds(app)
+
+
+def previewed(text: str) -> Callable[[ImitateApp], Callable[[], bool]]:
+    def holds(app: ImitateApp) -> bool:
+        if not at(app, "load")():
+            return False
+        tree = app.screen.query_one(DirectoryTree)
+        said = str(app.screen.query_one("#preview", Static).render())
+        return len(tree.root.children) == 2 and text in said
+
+    return when(holds)
+
+
+def until_first(kind: type, extra: int) -> list[events.Event]:
+    """The scripted session up to ``extra`` events after the first of a kind."""
+    story = list(scripted.session())
+    first = next(k for k, event in enumerate(story) if isinstance(event, kind))
+    return story[: first + 1 + extra]
+
+
+@both
+def test_load(look: Look, size: tuple[int, int]) -> None:
+    ready = previewed("This cannot be opened")
+    assert look(size, ready, "down down", previewed("361"), source=None)
+
+
+def test_load_says_what_is_wrong_with_a_file(look: Look) -> None:
+    assert look(SMALL, previewed("Record it again"), source=None)
+
+
+@both
+def test_observe(look: Look, size: tuple[int, int]) -> None:
+    ready = when(lambda app: app.state.observed == 0.4)
+    assert look(size, ready, script=Script(hold=True), source="fixtures/stack.mcap")
+
+
+@both
+def test_review(look: Look, size: tuple[int, int]) -> None:
+    decided = when(lambda app: len(app.state.decisions) == 2)
+    assert look(size, shown("review"), "L right", decided)
+
+
+def test_review_of_the_alternatives_in_the_light_theme(look: Look) -> None:
+    assert look(LARGE, shown("review"), "ctrl+t down enter down")
+
+
+def test_review_without_colour(look: Look, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert look(SMALL, shown("review"), "down")
+
+
+def test_review_of_a_refused_decision(look: Look) -> None:
+    noticed = when(lambda app: len(app._notifications) == 1)
+    assert look(SMALL, shown("review"), "down right", noticed)
+
+
+@both
+def test_learn_once_a_problem_was_stated_anew(look: Look, size: tuple[int, int]) -> None:
+    story = until_first(events.Reformulated, 11)
+    present = when(lambda app: len(app.state.attempts) == 3 and app.state.attempts[2].explored == 9)
+    assert look(size, shown("review"), "s", present, Script(story, hold=True))
+
+
+def test_learn_before_the_first_trial(look: Look) -> None:
+    assert look(SMALL, shown("review"), "s", shown("learn"), Script([], hold=True))
+
+
+def test_asking_before_quitting(look: Look) -> None:
+    script = Script(list(islice(scripted.session(), 8)), hold=True)
+    assert look(SMALL, shown("review"), "s q", when(lambda app: app.step is None), script)
+
+
+@both
+def test_done(look: Look, size: tuple[int, int]) -> None:
+    assert look(size, shown("review"), "s", shown("done"), Script(list(scripted.session())))
+
+
+def test_done_without_success(look: Look) -> None:
+    story = list(scripted.session(reproduced=False))
+    assert look(SMALL, shown("review"), "s", shown("done"), Script(story))
+
+
+def test_done_after_a_failure_in_the_middle(look: Look) -> None:
+    story = list(islice(scripted.session(), 8))
+    ending = ImitateError("The disk is full. Free some space, then learn again.")
+    assert look(SMALL, shown("review"), "s", shown("done"), Script(story, ending=ending))
+
+
+def test_a_recorded_session(look: Look) -> None:
+    assert look(LARGE, shown("done"), "escape", shown("learn"), source="sessions/stack-001.mcap")
+
+
+def test_help(look: Look) -> None:
+    assert look(SMALL, shown("review"), "f1")
