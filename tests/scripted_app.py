@@ -73,7 +73,7 @@ def at(app: ImitateApp, step: str) -> Callable[[], bool]:
 
 def kind_of(path: Path) -> str:
     if "broken" in path.name:
-        raise FileError(path, "is no MCAP file (it begins with 'hello')", "Record it again.")
+        raise FileError(path.name, "is no MCAP file (it begins with 'hello')", "Record it again.")
     return (
         "session"
         if path.parent.name == "sessions"
