@@ -90,7 +90,7 @@ class PolicySettings(_Section):
     """α of the pose DMP, per duration; β = α/4."""
     gripper_kernels: int = Field(default=5, ge=2, le=100)
     gripper_decay: float = Field(default=0.0, ge=0, le=20)
-    """phase decay of the gripper DMP, whose goal is no force; 0: the phase, and so the force, falls evenly."""
+    """phase decay of the gripper DMP, whose goal is no force; 0: phase and force fall evenly."""
     gripper_stiffness: float = Field(default=50.0, gt=4, le=500)
     """α of the gripper DMP, per duration."""
     open_below: float = Field(default=2.0, ge=0)
@@ -140,7 +140,7 @@ class Learning(_Section):
     candidate_starts: int = Field(default=3, ge=1)
     """perturbed starts on which the candidates compete."""
     sure: float = Field(default=0.95, gt=0, le=1)
-    """P from which a policy is accepted at once; from α up to it, only when improvement has come to an end."""
+    """P from which a policy is accepted at once; from α up to it, only when improvement has ended."""
 
     judge: Literal["pose", "cost"] = "pose"
     """β: every relevant body near its shown pose and at rest, or terminal cost below `cost_threshold`."""
