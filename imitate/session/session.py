@@ -21,7 +21,7 @@ from imitate.session.source import Source, Watching, read_source
 from imitate.session.versions import versions
 from imitate.settings import Settings, to_toml
 from imitate.skill import Decision, Segment
-from imitate.world.scene import scene_of, shown_start
+from imitate.world.scene import check_within_reach, scene_of, shown_start
 
 _REPRODUCTION = 0xA11  # spawn key of the starts of the reproduction, beyond any segment's index
 
@@ -90,19 +90,25 @@ def _listeners(request: Request, stack: ExitStack) -> list[Callable[[Event], Non
 
 
 def _course(request: Request, source: Source, stack: ExitStack) -> Iterator[Event]:
+    # Whatever can be wrong with the input is found before the first event opens a file.
     settings, seed = request.settings, request.seed
     demonstration = in_table_frame(source.demonstration)
     scene = scene_of(demonstration, settings.world)
+    found = segment(demonstration, settings.segmentation)
+    reviewed = [
+        apply_decisions(found, request.decisions[: count + 1], demonstration, settings.segmentation)
+        for count in range(len(request.decisions))
+    ]
+    segments = reviewed[-1] if reviewed else found
+    check_within_reach(
+        scene, [n for s in segments for n in (*s.abstraction.carried, s.abstraction.reference)]
+    )
+
     toml = to_toml(settings)
     yield events.SessionStarted(source.name, source.hash, seed, toml, versions(), demonstration, scene)
-
-    found = segment(demonstration, settings.segmentation)
     yield events.Segmented(settings.segmentation.mode, found)
-    segments = found
-    for count, decision in enumerate(request.decisions, start=1):
-        segments = apply_decisions(found, request.decisions[:count], demonstration, settings.segmentation)
-        yield events.Decided(decision, segments)
-
+    for decision, result in zip(request.decisions, reviewed, strict=True):
+        yield events.Decided(decision, result)
     trials = stack.enter_context(Trials(process_pool(request.workers), scene, settings))
     search = yield from learn_options(demonstration, segments, trials, shown_start(scene), seed)
     yield from _reproduction(request, demonstration, segments, search, trials)

@@ -27,6 +27,7 @@ class Robot:
         finger_friction: lateral friction coefficient of the fingers.
         opening_force, closing_force_limit: N.
         base_distance: distances (m) of the base from the workspace's centre, in order of preference.
+        reach: m from the base that the hand gets to at most.
     """
 
     urdf: str
@@ -42,6 +43,7 @@ class Robot:
     opening_force: float
     closing_force_limit: float
     base_distance: tuple[float, ...]
+    reach: float
 
 
 def load_robot(name: str) -> Robot:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,6 +44,20 @@ def scene_of(demonstration: Demonstration, settings: WorldSettings) -> SceneSpec
         object_poses=demonstration.objects[0],
         home=np.concatenate([joints, np.full(len(robot.fingers), robot.finger_open)]),
     )
+
+
+def check_within_reach(spec: SceneSpec, names: Iterable[str]) -> None:
+    """Raises SceneError when one of these objects is shown farther from the base than the arm reaches."""
+    reach = load_robot(spec.robot).reach
+    for name in names:
+        x, y, _ = spec.object_poses[spec.object_names.index(name), :3]
+        distance = float(np.hypot(x - spec.base[0], y - spec.base[1]))
+        if distance > reach:
+            raise SceneError(
+                f"{name} is out of reach: it is shown at ({x:.2f}, {y:.2f}) m, {distance:.2f} m from where the "
+                f"arm has to stand to follow the hand, and {spec.robot} reaches {reach:g} m. Demonstrate with "
+                "the objects nearer to each other, or choose another robot (setting world.robot)."
+            )
 
 
 def shown_start(spec: SceneSpec) -> Start:

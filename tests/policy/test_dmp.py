@@ -1,0 +1,84 @@
+"""A movement primitive is linear in its weights, reaches its goal, and imitates what it is shown."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from imitate.geometry import align_signs, resample
+from imitate.policy.dmp import imitate, response, rollout
+
+SAMPLES, KERNELS, DECAY, STIFFNESS = 300, 30, 4.6, 50.0
+weights = arrays(float, (KERNELS, 3), elements=st.floats(-5, 5))
+points = arrays(float, 3, elements=st.floats(-1, 1))
+
+
+@pytest.fixture(scope="module")
+def shape():
+    return response(SAMPLES, KERNELS, DECAY, STIFFNESS)
+
+
+def integrated(start, goal, weights, shape):
+    """Hoffmann's equation by explicit Euler, step by step, as the paper writes it."""
+    dt, alpha, beta = 1 / (SAMPLES - 1), STIFFNESS, STIFFNESS / 4
+    y, z, path = np.array(start, float), np.zeros(3), []
+    for x, psi in zip(shape.phase, shape.activations, strict=True):
+        path.append(y)
+        f = x * (psi @ weights)
+        pull = alpha * (beta * (goal - y) - z) - alpha * beta * (goal - start) * x + alpha * beta * f
+        y, z = y + dt * z, z + dt * pull
+    return np.array(path)
+
+
+@given(start=points, goal=points, w=weights)
+def test_response_is_the_integrated_equation(shape, start, goal, w):
+    assert np.allclose(rollout(shape, start, goal, w), integrated(start, goal, w, shape), atol=1e-9)
+
+
+@given(a=weights, b=weights)
+def test_linear_in_the_weights(shape, a, b):
+    zero = np.zeros(3)
+    both = rollout(shape, zero, zero, a + b)
+    assert np.allclose(both, rollout(shape, zero, zero, a) + rollout(shape, zero, zero, b), atol=1e-9)
+
+
+@given(start=points, goal=points)
+def test_without_weights_it_ends_at_the_goal_within_the_response(shape, start, goal):
+    end = rollout(shape, start, goal, np.zeros((KERNELS, 3)))[-1]
+    assert np.allclose(end, start + shape.goal[-1] * (goal - start), atol=1e-12)
+    assert abs(shape.goal[-1] - 1) < 0.02
+
+
+@given(w=weights)
+def test_it_starts_at_rest_where_it_is_told(shape, w):
+    path = rollout(shape, np.ones(3), np.zeros(3), w)
+    assert np.allclose(path[:2], 1.0)
+
+
+def test_imitation_follows_a_person_within_a_millimetre(human_stack):
+    t = human_stack.t - human_stack.t[0]
+    at = np.arange(8.45, t[-1], 1 / 60)
+    hand = align_signs(resample(t, human_stack.hand, at))
+    shape = response(len(at), KERNELS, DECAY, STIFFNESS)
+    path = rollout(shape, hand[0], hand[-1], imitate(shape, hand, hand[-1]))
+    rmse = np.sqrt(np.mean(np.sum((path - hand)[:, :3] ** 2, axis=1)))
+    assert rmse < 1e-3
+
+
+def test_noise_of_all_kernels_alike_is_only_the_most_active_share(shape):
+    # Each time one kernel acts, with less than all of the activation.
+    assert np.all(shape.noise.sum(axis=1) <= shape.kernels.sum(axis=1) + 1e-12)
+    assert shape.noise[-1].sum() > 0
+
+
+def test_a_phase_without_decay_falls_evenly_to_zero():
+    phase = response(101, 5, 0.0, STIFFNESS).phase
+    assert np.allclose(phase, np.linspace(1, 0, 101))
+
+
+def test_a_force_with_an_even_phase_falls_evenly_behind_it():
+    # A critically damped spring follows a ramp with a delay of 1/β = 4/α.
+    shape = response(300, 5, 0.0, STIFFNESS)
+    force = rollout(shape, np.zeros(1), np.zeros(1), np.full((5, 1), 30.0))[:, 0]
+    assert force[150:] == pytest.approx(30 * (shape.phase[150:] + 4 / STIFFNESS), rel=0.02)

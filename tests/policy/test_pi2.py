@@ -1,0 +1,67 @@
+"""Policy improvement: what must hold whatever the costs."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from imitate.policy.pi2 import constant_update, noise_factor, per_kernel_update, probabilities
+
+K = 6
+costs = arrays(float, K, elements=st.floats(0, 100))
+noises = arrays(float, (K, 4, 2), elements=st.floats(-10, 10))
+
+
+@given(costs)
+def test_probabilities_are_a_distribution_that_prefers_the_cheap(s):
+    p = probabilities(s, 10.0)
+    assert np.isclose(p.sum(), 1)
+    assert np.all(np.diff(p[np.argsort(s)]) <= 1e-12)
+
+
+@given(costs, st.floats(0.1, 10), st.floats(-50, 50))
+def test_probabilities_ignore_the_scale_and_origin_of_costs(s, scale, origin):
+    if np.ptp(s) > 1e-3:
+        assert np.allclose(probabilities(s, 10.0), probabilities(scale * s + origin, 10.0), atol=1e-6)
+
+
+@given(noises)
+def test_equal_costs_move_by_the_mean_of_the_noise_alone(noise):
+    assert np.allclose(constant_update(noise, np.full(K, 7.0), 10.0), noise.mean(axis=0))
+
+
+@given(noises, costs, st.permutations(range(K)))
+def test_the_order_of_trials_does_not_matter(noise, s, order):
+    order = list(order)
+    assert np.allclose(constant_update(noise, s, 10.0), constant_update(noise[order], s[order], 10.0))
+
+
+@given(noises, costs)
+def test_an_update_stays_within_what_was_tried(noise, s):
+    change = constant_update(noise, s, 10.0)
+    assert np.all(change <= noise.max(axis=0) + 1e-9)
+    assert np.all(change >= noise.min(axis=0) - 1e-9)
+
+
+@given(noises, costs)
+def test_per_kernel_with_costs_at_the_end_alone_is_the_constant_update(noise, s):
+    activations = np.full((20, 4), 0.25)
+    change = per_kernel_update(noise, np.tile(s, (20, 1)), activations, 10.0)
+    assert np.allclose(change, constant_update(noise, s, 10.0))
+
+
+def test_per_kernel_gives_no_credit_for_costs_before_the_kernel_acts():
+    # Rollout 0 pays early, rollout 1 late; the last kernel acts after the early cost is past.
+    activations = np.zeros((10, 2))
+    activations[:5, 0] = activations[5:, 1] = 1
+    to_go = np.zeros((10, 2))
+    to_go[:2, 0] = 50
+    to_go[:, 1] = 10
+    noise = np.array([[[1.0], [1.0]], [[-1.0], [-1.0]]])
+    assert per_kernel_update(noise, to_go, activations, 10.0)[1, 0] > 0.99
+
+
+@pytest.mark.parametrize(("update", "expected"), [(0, 0.8), (3, 0.2), (4, 0.1), (9, 0.1)])
+def test_noise_narrows_to_its_least(update, expected):
+    assert noise_factor(update, 5, 0.1) == pytest.approx(expected)
