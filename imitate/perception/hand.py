@@ -14,6 +14,8 @@ from imitate.settings import Perception
 
 SIDES = (-1, 1)
 """left and right, along the hand's y."""
+SLACK = 0.01
+"""m around a finger in which it is compared with what was seen."""
 FEWEST = 12
 """pixels of a finger from which it counts as seen."""
 
@@ -67,6 +69,14 @@ def hand_score(fingers: tuple[Pixels, Pixels], hands: Array, openings: Array, se
         depth = cylinder_depth(pixels, poses, settings.finger_radius, settings.finger_length)
         total += agreement(pixels, is_hue(pixels.hue, name), depth, settings.depth_noise)
     return total
+
+
+def around_finger(pixels: Pixels, hands: Array, openings: Array, settings: Perception, side: int) -> Pixels:
+    """Those pixels that show the finger of one of some hands, or the space within `SLACK` of it."""
+    poses = finger_poses(hands, openings, settings, side)
+    size = settings.finger_radius + SLACK, settings.finger_length + 2 * SLACK
+    hit = np.isfinite(cylinder_depth(pixels, poses, *size))
+    return pixels.where(np.asarray(hit.any(axis=0)))
 
 
 def _fit_axis(pixels: Pixels, settings: Perception) -> tuple[Array, Array]:

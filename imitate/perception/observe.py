@@ -75,13 +75,13 @@ def observe(
             f"{path}: no block on the table in the first {len(first)} frames. Blocks are coloured, at least "
             f"1.5 cm high, apart from each other, and not {chosen.left_finger} or {chosen.right_finger}."
         )
-    trackers = {name: BlockTracker(block, name, chosen) for name, block in blocks.items()}
+    trackers = [BlockTracker(block, name, chosen) for name, block in blocks.items()]
     hand = HandTracker(chosen)
     t, rows = [], []
     for frame in chain(first, frames):
         pixels = eye.pixels(frame)
         poses = [hand.follow(pixels, frame.t, eye, generator)]
-        poses += [tracker.follow(pixels, frame.t, eye, generator) for tracker in trackers.values()]
+        poses += [tracker.follow(pixels, frame.t, eye, generator, trackers) for tracker in trackers]
         t.append(frame.t)
         rows.append(poses)
         if progress:

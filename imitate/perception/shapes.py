@@ -112,6 +112,6 @@ def _in_frames(pixels: Pixels, poses: Array) -> tuple[Float, Float]:
 
 
 def _slab(start: Float, step: Float, half: NDArray[Any]) -> tuple[Float, Float]:
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         a, b = (-half - start)[:, None] / step, (half - start)[:, None] / step
     return np.minimum(a, b), np.maximum(a, b)

@@ -6,15 +6,24 @@ explains its pixels worse than usual, a wide search follows, also around where i
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from imitate.geometry import Array, compose, conjugate, inverse, normalised, quaternion_multiply
 from imitate.perception.block import Block
 from imitate.perception.colour import is_hue
 from imitate.perception.eye import Eye
-from imitate.perception.hand import SIDES, Hand, finger_poses, hand_of_pixels, hand_score
+from imitate.perception.hand import (
+    SIDES,
+    SLACK,
+    Hand,
+    around_finger,
+    finger_poses,
+    hand_of_pixels,
+    hand_score,
+)
 from imitate.perception.particles import anneal, moved
 from imitate.perception.shapes import Float, Mask, Pixels, agreement, box_depth
 from imitate.settings import Perception
@@ -49,10 +58,22 @@ class BlockTracker:
         self._shown: Array | None = None  # the middle of its visible pixels, from its pose
         self._lost = False
 
-    def follow(self, pixels: Pixels, t: float, eye: Eye, generator: np.random.Generator) -> Array | None:
-        """(7,) the block's pose in this frame; None where it cannot be seen."""
-        guesses = self._guesses(pixels, t, eye)
+    def follow(
+        self,
+        pixels: Pixels,
+        t: float,
+        eye: Eye,
+        generator: np.random.Generator,
+        others: Sequence[BlockTracker] = (),
+    ) -> Array | None:
+        """(7,) the block's pose in this frame; None where it cannot be seen.
+
+        Pixels of the same hue that one of the ``others`` explains are left to it.
+        """
+        alike = [other for other in others if other._hue == self._hue and other is not self]
+        guesses = self._guesses(pixels, t, eye, alike)
         near = pixels.where(eye.window(self._pose[:3] + guesses, self._reach, self._settings.pixels))
+        near = near.where(~_explained(near, alike))
         own = is_hue(near.hue, self._hue) & (near.depth > 0)
         if own.sum() < FEWEST:
             self._lost = True
@@ -84,12 +105,13 @@ class BlockTracker:
             best = max(best, wide, key=lambda estimate: estimate.score)
         return normalised(moved(self._pose, best.mean[None])[0]), best.score / pixels
 
-    def _guesses(self, pixels: Pixels, t: float, eye: Eye) -> Array:
+    def _guesses(self, pixels: Pixels, t: float, eye: Eye, alike: Sequence[BlockTracker]) -> Array:
         """(G, 3) shifts since the last frame."""
         going_on = self._velocity * (t - self._time) if self._time is not None else np.zeros(3)
         shifts = [np.zeros(3), going_on]
         reach = SEARCH if not self._lost else 10.0
         near = pixels.where(eye.window(self._pose[None, :3], reach, 6000))
+        near = near.where(~_explained(near, alike))
         own = is_hue(near.hue, self._hue) & (near.depth > 0)
         if self._shown is not None and own.sum() >= FEWEST:
             shifts.append(np.median(near.where(own).points(), axis=0) - self._pose[:3] - self._shown)
@@ -104,6 +126,15 @@ class BlockTracker:
             self._velocity = np.zeros(3) if self._lost else (pose[:3] - self._pose[:3]) / (t - self._time)
         self._shown = np.median(near.where(own).points(), axis=0) - pose[:3]
         self._pose, self._time, self._lost = pose, t, False
+
+
+def _explained(pixels: Pixels, trackers: Sequence[BlockTracker]) -> Mask:
+    """(M,) which pixels show a block where its tracker has it."""
+    taken = np.zeros(len(pixels.depth), bool)
+    for tracker in trackers:
+        expected = box_depth(pixels, tracker._pose[None], tracker._size)[0]
+        taken |= np.abs(pixels.depth - expected) < 3 * tracker._settings.depth_noise
+    return taken
 
 
 class HandTracker:
@@ -135,7 +166,7 @@ class HandTracker:
             poses = compose(moved(base, changes), inverse(self._origin))
             return poses, np.maximum(before.opening + changes[:, 6], 0)
 
-        left, right = (pixels.where(self._window(before, shown, eye, side)) for side in SIDES)
+        left, right = (self._near(pixels, before, shown, eye, side) for side in SIDES)
 
         def score(changes: Array) -> Float:
             return hand_score((left, right), *hands(changes), settings)
@@ -148,12 +179,13 @@ class HandTracker:
         self._hand, self._time = Hand(pose, float(openings[0])), t
         return pose
 
-    def _window(self, before: Hand, shown: Hand, eye: Eye, side: int) -> NDArray[np.intp]:
+    def _near(self, pixels: Pixels, before: Hand, shown: Hand, eye: Eye, side: int) -> Pixels:
         hands = np.stack([before.pose, shown.pose])
         openings = np.array([before.opening, shown.opening])
         middles = finger_poses(hands, openings, self._settings, side)[:, :3]
-        reach = self._settings.finger_length / 2 + self._settings.finger_radius + 0.005
-        return eye.window(middles, reach, self._settings.pixels)
+        reach = self._settings.finger_length / 2 + self._settings.finger_radius + SLACK
+        window = pixels.where(eye.window(middles, reach, 3 * self._settings.pixels))
+        return around_finger(window, hands, openings, self._settings, side)
 
 
 def _change(before: Hand, after: Hand, origin: Array) -> Array:

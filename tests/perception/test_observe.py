@@ -9,13 +9,17 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from imitate.cli import main
+from imitate.demonstration import Demonstration
 from imitate.errors import FileError, ImitateError
 from imitate.formats.demonstrations import read_demonstration
 from imitate.formats.recordings import open_recording, write_recording
-from imitate.geometry import angle_between, compose, quaternion_multiply, rotate
+from imitate.geometry import angle_between, compose, from_yaw, quaternion_multiply, rotate
 from imitate.perception.observe import observe
 from imitate.rgbd import RgbdFrame
-from imitate.settings import Settings
+from imitate.settings import Perception, Settings
+from imitate.world import demonstrator
+from imitate.world.demonstrator import film, plan_film
+from imitate.world.performance import Performance
 
 
 @pytest.fixture(scope="session")
@@ -64,6 +68,31 @@ def test_the_papers_origin_is_undone(filmed, observed, tmp_path):
     shifted = observe(_rewritten(filmed, tmp_path / "same.mcap", lambda _, frame: frame), settings)
     apart = shifted.demonstration.hand[:, :3] - observed.demonstration.hand[:14, :3]
     assert np.linalg.norm(apart, axis=1).max() < 0.006
+
+
+def test_blocks_of_one_hue_are_numbered_and_kept_apart(tmp_path, monkeypatch):
+    """Two blue blocks of other shapes, the smaller carried past the larger one."""
+    monkeypatch.setattr(demonstrator, "BLOCKS", ("blue", "blue"))
+    t = np.linspace(0, 3, 31)
+    way = np.clip(t - 0.9, 0, 1.6) / 1.6
+    path_of_small = np.stack([0.1 * way, 0.06 - 0.11 * way, 0.02 + 0.06 * np.sin(np.pi * way)], axis=1)
+    small = from_yaw(path_of_small, np.full(31, 0.3))
+    large = from_yaw(np.tile([0.0, 0.0, 0.025], (31, 1)), np.full(31, -0.2))
+    hand = compose(small, [0.0, 0, 0.01, 0, 1, 0, 0])
+    sizes = np.array([[0.03, 0.04, 0.04], [0.06, 0.045, 0.05]])
+    shown = Demonstration(t, hand, np.stack([small, large], axis=1), ("a", "b"), sizes)
+    plan = plan_film(Performance(shown, np.full(31, 0.06)), 320, 240, 10)
+    path = tmp_path / "blues.mcap"
+    write_recording(path, plan.camera.intrinsics, film(plan, Perception(), seed=1))
+    seen = observe(path)
+    d = seen.demonstration
+    assert d.object_names == ("blue", "blue2")  # the larger one first
+    np.testing.assert_allclose(np.sort(d.size_of("blue")[:2]), [0.045, 0.06], atol=0.003)  # a pixel
+    np.testing.assert_allclose(d.size_of("blue2"), [0.03, 0.04, 0.04], atol=0.003)
+    world_from_table = compose(plan.camera.world_from_camera, seen.camera_from_table)
+    for name, real in (("blue", large), ("blue2", small)):
+        away = np.linalg.norm(compose(world_from_table, d.pose_of(name))[:, :3] - real[:, :3], axis=1)
+        assert np.median(away) < 0.002 and away.max() < 0.008
 
 
 def _rewritten(filmed, path, change):
