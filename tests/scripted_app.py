@@ -27,13 +27,15 @@ class Script:
 
     Attributes:
         story: the events that learning yields.
-        hold: whether learning waits at the story's end until it is stopped, as a long session does.
+        hold: whether learning waits at the story's end until it is stopped, as a long session does; observing
+            waits likewise, unless it is ``watched``.
         ending: raised at the end of the story.
         tasks: what learning was asked for.
     """
 
     story: Iterable[Event] = ()
     hold: bool = False
+    watched: bool = False
     ending: Exception | None = None
     tasks: list[Task] = field(default_factory=list)
     told: threading.Event = field(default_factory=threading.Event)
@@ -51,9 +53,9 @@ class Script:
     def observe(self, _task: Task, should_stop: Callable[[], bool]) -> Iterator[float | Seen]:
         yield 0.4
         waiting = threading.Event()
-        while self.hold and not should_stop():
+        while self.hold and not self.watched and not should_stop():
             waiting.wait(0.01)
-        if not self.hold:
+        if not should_stop():
             yield Seen(scripted.demonstration(), {"hand": 2, "blue": 0, "green": 0})
 
 

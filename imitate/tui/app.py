@@ -227,6 +227,8 @@ class ImitateApp(App[None]):
     def _ended(self) -> None:
         self.state.end()
         self._changed = True
+        if self.step is None and len(self.screen_stack) > 2:
+            self.pop_screen()  # a note over the step; whether to quit need not be asked any more
         if self.step and self.step.STEP == "learn":
             self.show("done" if self.state.ended else "review")
 

@@ -59,8 +59,7 @@ class CostCurve(_Plot):
         with self.app.batch_update():
             self.clear()
             top = self._scale(curve, threshold)
-            self.set_xlabel("trial")
-            self.set_ylabel("cost")
+            self.set_ylabel("cost, by trial")
             if curve.updates:
                 line = _plain(colours, "text-primary")
                 self.plot(*_columns(curve.updates), line_style=line, hires_mode=HiResMode.BRAILLE)
@@ -110,8 +109,7 @@ class DistanceCurve(_Plot):
                 self.plot(t, 100 * metres, line_style=style, hires_mode=HiResMode.BRAILLE, label=f"to {name}")
             for i, cut in enumerate(cuts):
                 self.add_v_line(cut, line_style=_plain(colours, "foreground" if i == at else "text-disabled"))
-            self.set_xlabel("s")
-            self.set_ylabel("hand to object, cm")
+            self.set_ylabel("cm from hand to object, by second")
             self.set_ylimits(0.0, None)
             if series:
                 self.set_xlimits(0.0, float(next(iter(series.values()))[0][-1]))

@@ -97,7 +97,9 @@ class LearnScreen(StepScreen):
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """There is something to stop only while learning."""
-        return None if action == "stop" and (not self.state.running or self.state.stopping) else True
+        if action == "stop" and (not self.state.running or self.state.stopping):
+            return None
+        return super().check_action(action, parameters)
 
 
 def threshold(state: State) -> float | None:
@@ -141,6 +143,8 @@ def attempt_words(state: State, attempt: Attempt | None) -> Content:
     ]
     if attempt.trials:
         rows.append(("last", trial_words(attempt)))
+    if attempt.given_up:
+        rows.append(("given up", attempt.given_up))
     if attempt.evaluated:
         rows.append(("P", f"{success_in_words(attempt.evaluated)}, needed {alpha:.2f}"))
     else:

@@ -44,7 +44,7 @@ class ReviewScreen(StepScreen):
         Binding("a", "alternatives", "other", id="review.alternatives",
                 tooltip="Choose another abstraction for the selected skill"),
         Binding("u", "undo", "undo", id="review.undo", tooltip="Take back the last decision"),
-        Binding("s", "learn", "start learning", id="review.learn", tooltip="Learn these skills"),
+        Binding("s", "learn", "learn", id="review.learn", tooltip="Learn these skills"),
     ]  # fmt: skip
 
     def body(self) -> Iterable[Widget]:
@@ -166,7 +166,9 @@ class ReviewScreen(StepScreen):
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Keys that would change a session which cannot be changed are greyed."""
         changes = action in ("nudge", "undo", "alternatives")
-        return None if changes and not self.state.editable else True
+        if action == "learn" and self.state.kind == "session":
+            return False
+        return None if changes and not self.state.editable else super().check_action(action, parameters)
 
     def _decide(self, decision: Decision) -> None:
         if self.state.editable:

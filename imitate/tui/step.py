@@ -22,7 +22,7 @@ class StepScreen(Screen[None]):
     HELP = ""
     BINDINGS = [
         Binding("escape", "back", "back", id="step.back", tooltip="One step back; everything done is kept"),
-        Binding("ctrl+n", "on", "on", id="step.on", tooltip="One step on, where there is one", show=False),
+        Binding("n", "on", "on", id="step.on", tooltip="One step on"),
         Binding("j", "cursor('down')", "down", id="step.down", show=False),
         Binding("k", "cursor('up')", "up", id="step.up", show=False),
     ]
@@ -74,10 +74,21 @@ class StepScreen(Screen[None]):
             move()
 
     def _walk(self, direction: int) -> None:
+        step = self._beside(direction)
+        if step:
+            self.post_message(Go(step))
+
+    def _beside(self, direction: int) -> Step | None:
         steps = self.state.steps
-        i = steps.index(self.STEP) + direction
+        i = steps.index(self.STEP) + direction if self.STEP in steps else -1
         while 0 <= i < len(steps):
             if self.state.reachable(steps[i]):
-                self.post_message(Go(steps[i]))
-                return
+                return steps[i]
             i += direction
+        return None
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Back and on are there where they lead somewhere; None greys a key, False hides it."""
+        if action in ("back", "on"):
+            return self._beside(1 if action == "on" else -1) is not None
+        return True

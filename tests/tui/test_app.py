@@ -148,6 +148,23 @@ async def test_quitting_asks_only_while_learning(tmp_path: Path) -> None:
     assert app.state.stopping
 
 
+async def test_learning_that_ends_under_a_note_shows_the_result(tmp_path: Path) -> None:
+    script = Script(list(scripted.session()), hold=True)
+    app = scripted_app(tmp_path, script)
+    async with app.run_test() as pilot:
+        await until(pilot, at(app, "review"))
+        await pilot.press("s")
+        await until(pilot, at(app, "learn"))
+        await pilot.press("f1")
+        await until(pilot, lambda: app.step is None)
+        script.hold = False
+        await until(pilot, at(app, "done"))
+        await pilot.press("escape")
+        await until(pilot, at(app, "learn"))
+        await pilot.press("n")
+        await until(pilot, at(app, "done"))
+
+
 async def test_quitting_without_learning_does_not_ask(tmp_path: Path) -> None:
     app = scripted_app(tmp_path)
     async with app.run_test() as pilot:
