@@ -137,7 +137,7 @@ class Learning(_Section):
     """two consecutive costs of the mean policy closer than this: converged (authors' code)."""
     candidates: int = Field(default=2, ge=0)
     """best trials that compete with the mean policy after each update; 0: the mean alone."""
-    candidate_starts: int = Field(default=3, ge=1)
+    candidate_starts: int = Field(default=5, ge=1)
     """perturbed starts on which the candidates compete."""
     sure: float = Field(default=0.95, gt=0, le=1)
     """P from which a policy is accepted at once; from α up to it, only when improvement has ended."""
