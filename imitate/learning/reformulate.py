@@ -66,7 +66,7 @@ def learn_options(
     attempts = [_Attempts(statements(segment, threshold)) for segment in segments]
     counts = [0] * len(segments)
     options: list[Option] = []
-    reason = "as the demonstration was segmented"
+    reason, i = "as the demonstration was segmented", 0
     for _ in range(settings.learning.formulations):
         i = len(options)
         abstraction, actions = attempts[i].left.pop(0)
@@ -93,7 +93,6 @@ def learn_options(
             attempts[len(options)].left = statements(segments[len(options)], threshold)
             options.pop()
     limit = f"the limit of {settings.learning.formulations} formulations is reached"
-    i = len(options)
     return Search(tuple(options), _summary(segments, i, attempts[i], limit))
 
 

@@ -1,0 +1,43 @@
+"""Where objects are to end, and when they do."""
+
+from dataclasses import replace
+
+import numpy as np
+from records import moved, still
+
+from imitate.geometry import relative
+from imitate.learning.placement import misplaced, placements
+from imitate.settings import Settings
+
+LEARNING = Settings().learning
+
+
+def test_each_carried_object_has_its_place_relative_to_its_reference(stacking):
+    demonstration, segments = stacking
+    (place,) = placements(demonstration, segments)
+    shown = relative(demonstration.objects[-1, 1], demonstration.objects[-1, 0])[:3]
+    assert (place.name, place.reference, place.left) == ("cubeA", "cubeB", True)
+    assert np.allclose(place.position, shown, atol=1e-3)
+
+
+def test_an_object_still_carried_at_the_end_may_be_held(stacking):
+    demonstration, segments = stacking
+    (place,) = placements(demonstration, segments[:1])
+    assert not place.left
+
+
+def test_misplaced_says_what_is_wrong(stacking):
+    demonstration, segments = stacking
+    wanted = placements(demonstration, segments)
+    record = still(demonstration)
+    assert misplaced(record, wanted, LEARNING) == ""
+    away = moved(record, 0, [0.05, 0, 0])
+    assert misplaced(away, wanted, LEARNING) == "cubeA ends 50 mm from its place relative to cubeB"
+    touched = replace(record, contact_forces=np.ones_like(record.contact_forces))
+    assert misplaced(touched, wanted, LEARNING) == "the gripper still touches cubeA"
+
+
+def test_moving_both_objects_together_keeps_the_place(stacking):
+    demonstration, segments = stacking
+    both = moved(moved(still(demonstration), 0, [0.2, 0.1, 0]), 1, [0.2, 0.1, 0])
+    assert misplaced(both, placements(demonstration, segments), LEARNING) == ""

@@ -1,0 +1,116 @@
+"""What a trial costs and when it succeeds."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from records import gripping, moved, still
+
+from imitate.geometry import compose, from_yaw
+from imitate.learning.problem import cost_of, failure_of, formulate
+from imitate.settings import Settings, load_settings
+from imitate.skill import Formulation
+
+LEARNING = Settings().learning
+
+
+def carried_into(record, pose):
+    """The whole record seen from elsewhere: everything moved by one rigid transform."""
+    return replace(
+        record,
+        hand_poses=compose(pose, record.hand_poses),
+        object_poses=compose(pose, record.object_poses),
+    )
+
+
+def test_the_shown_end_costs_nothing_and_succeeds(carry_problem, perfect):
+    cost = cost_of(carry_problem, perfect, False, LEARNING)
+    assert cost.total == pytest.approx(0, abs=1e-6)
+    assert failure_of(carry_problem, perfect, "", cost, LEARNING) == ""
+
+
+@given(st.floats(-1, 1), st.floats(-1, 1), st.floats(-3, 3))
+def test_only_poses_relative_to_the_reference_count(carry_problem, short_demonstration, x, y, yaw):
+    record = moved(still(short_demonstration), 0, [0.03, 0, 0])
+    elsewhere = carried_into(record, from_yaw([x, y, 0.0], yaw))
+    here = cost_of(carry_problem, record, False, LEARNING).terminal
+    assert cost_of(carry_problem, elsewhere, False, LEARNING).terminal == pytest.approx(here, abs=1e-6)
+
+
+def test_a_flipped_quaternion_is_the_same_orientation(carry_problem, perfect):
+    poses = perfect.object_poses.copy()
+    poses[:, 0, 3:] *= -1
+    flipped = replace(perfect, object_poses=poses)
+    assert cost_of(carry_problem, flipped, False, LEARNING).terminal == pytest.approx(0, abs=1e-6)
+
+
+def test_terminal_cost_is_a_hundred_a_metre(carry_problem, perfect):
+    lifted = moved(perfect, 0, [0, 0, 0.05])
+    assert cost_of(carry_problem, lifted, False, LEARNING).terminal == pytest.approx(5.0, rel=1e-3)
+
+
+def test_a_body_off_by_more_than_two_centimetres_fails_in_words(carry_problem, perfect):
+    cost = cost_of(carry_problem, perfect, False, LEARNING)
+    assert failure_of(carry_problem, moved(perfect, 0, [0, 0, 0.019]), "", cost, LEARNING) == ""
+    said = failure_of(carry_problem, moved(perfect, 0, [0, 0, 0.03]), "", cost, LEARNING)
+    assert said == "cubeA ends 30 mm and 0° from where it was shown relative to cubeB"
+
+
+def test_a_body_that_still_moves_fails(carry_problem, perfect):
+    poses = perfect.object_poses.copy()
+    poses[:, 0, 2] += np.linspace(0.12, 0, len(poses))
+    cost = cost_of(carry_problem, perfect, False, LEARNING)
+    assert failure_of(carry_problem, replace(perfect, object_poses=poses), "", cost, LEARNING) == (
+        "cubeA is still moving"
+    )
+
+
+def test_each_switch_of_the_gripper_costs_five(carry_problem, perfect):
+    forces = np.zeros(120)
+    forces[10:60] = 20
+    assert cost_of(carry_problem, gripping(perfect, forces), False, LEARNING).gripper == 10
+    assert cost_of(carry_problem, gripping(perfect, np.full(120, 20.0)), False, LEARNING).gripper == 5
+
+
+def test_holding_on_costs_and_fails_only_where_the_hand_is_shown_to_leave(stacking, carry_problem):
+    demonstration, segments = stacking
+    formulation = Formulation(0, 0, segments[0].abstraction, ("pose", "gripper"), "")
+    leaving = formulate(demonstration, segments, formulation, Settings())
+    held = gripping(still(demonstration), np.full(120, 20.0))
+    for problem, costs in ((leaving, LEARNING.closed_end_cost), (carry_problem, 0.0)):
+        free = cost_of(problem, still(demonstration), False, LEARNING).terminal
+        cost = cost_of(problem, held, False, LEARNING)
+        assert cost.terminal - free == pytest.approx(costs)
+        assert ("still holds cubeA" in failure_of(problem, held, "", cost, LEARNING)) == bool(costs)
+
+
+def test_a_later_skill_must_not_undo_what_was_placed(stacking):
+    demonstration, segments = stacking
+    formulation = Formulation(1, 0, segments[1].abstraction, ("pose",), "")
+    problem = formulate(demonstration, segments, formulation, Settings())
+    dragged = still(demonstration)
+    poses = dragged.object_poses.copy()
+    poses[:, 0, :3] += [0.1, 0, 0]
+    hand = dragged.hand_poses.copy()
+    hand[:, :3] += [0.1, 0, 0]
+    dragged = replace(dragged, object_poses=poses, hand_poses=hand)
+    cost = cost_of(problem, dragged, False, LEARNING)
+    assert cost.terminal == pytest.approx(0, abs=1e-6)
+    said = failure_of(problem, dragged, "", cost, LEARNING)
+    assert said == "cubeA ends 100 mm from its place relative to cubeB"
+
+
+def test_a_pose_out_of_reach_costs_a_fixed_amount(carry_problem, perfect):
+    cost = cost_of(carry_problem, perfect, True, LEARNING)
+    assert cost.terminal == LEARNING.unreachable_cost
+    assert failure_of(carry_problem, perfect, "out of reach", cost, LEARNING) == "out of reach"
+
+
+def test_the_faithful_judgement_is_terminal_cost_below_c(carry_problem, perfect):
+    faithful = load_settings(None, {"mode": "faithful"}).learning
+    for off, says in ((0.19, ""), (0.21, "terminal cost 21.0, not below C = 20")):
+        record = moved(perfect, 0, [0, 0, off])
+        cost = cost_of(carry_problem, record, False, faithful)
+        assert failure_of(carry_problem, record, "", cost, faithful) == says
