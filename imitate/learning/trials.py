@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import pickle
+import signal
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
 from types import TracebackType
 
 import numpy as np
@@ -35,7 +38,21 @@ class Task:
 
 def process_pool(workers: int) -> ExecutorFactory:
     """A factory of local process pools; a spawned process inherits nothing but what it is sent."""
-    return partial(ProcessPoolExecutor, workers, mp_context=get_context("spawn"))
+    spawn = get_context("spawn")
+    return partial(ProcessPoolExecutor, workers, mp_context=spawn, initializer=_end_with_parent)
+
+
+def _end_with_parent() -> None:
+    # A worker whose parent was killed would wait for its next task for ever; Ctrl-C is the parent's affair.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = parent_process()
+
+    def wait() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=wait, daemon=True).start()
 
 
 class Trials:
