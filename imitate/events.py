@@ -114,7 +114,10 @@ class Converged:
 
 @dataclass(frozen=True)
 class Evaluated:
-    """P(β = 1 | π) from perturbed starts, with its Wilson interval at 95 %."""
+    """P(β = 1 | π) from perturbed starts, with its Wilson interval at 95 %.
+
+    The last one of a formulation decides; ``cost`` is the policy's mean total over the starts.
+    """
 
     segment: int
     formulation: int
