@@ -139,8 +139,11 @@ class Learning(_Section):
     """best trials that compete with the mean policy after each update; 0: the mean alone."""
     candidate_starts: int = Field(default=5, ge=1)
     """perturbed starts on which the candidates compete."""
-    sure: float = Field(default=0.95, gt=0, le=1)
-    """P from which a policy is accepted at once; from α up to it, only when improvement has ended."""
+    margin: float = Field(default=0.75, gt=0, le=1)
+    """share of `near` and `near_angle` within which a success is a firm one."""
+    sure: float = Field(default=0.9, gt=0, le=1)
+    """share of firm successes from which a policy is accepted at once; one with less, but P ≥ α, is accepted
+    when improvement has ended."""
 
     judge: Literal["pose", "cost"] = "pose"
     """β: every relevant body near its shown pose and at rest, or terminal cost below `cost_threshold`."""

@@ -1,7 +1,7 @@
 """One formulation learned: trials → update → convergence → P, as a generator of events.
 
 Robust: after each batch of trials the successful ones compete on a few perturbed starts and the winner's
-P(β = 1 | π) is estimated on many. The mean policy goes on being improved until a winner is all but sure, the
+P(β = 1 | π) is estimated on many. The mean policy goes on being improved until a winner succeeds firmly, the
 mean has converged, or the trials are used up; then the best winner is judged by α. Faithful: the mean policy
 alone is judged, when its cost has converged.
 """
@@ -33,6 +33,7 @@ class Learned:
         policy: the best found, accepted or not.
         cost: its mean total from the perturbed starts.
         success: over the perturbed starts.
+        firm: share of those starts that succeeded with a margin.
         accepted: P ≥ α.
         why: what most starts failed of, in words; empty where none did.
     """
@@ -40,6 +41,7 @@ class Learned:
     policy: Policy
     cost: float
     success: Success
+    firm: float
     accepted: bool
     why: str
 
@@ -158,16 +160,24 @@ class Improvement:
             starts = perturbed_starts(self.trials.spec, s.candidate_starts, self._seed(1), self.settings)
             events = yield from self._evaluate(tried.policies[-1], starts, "choose")
             failed = sum(not e.success for e in events)
-            fits.append((failed, sum(e.cost.total for e in events)))
+            fits.append((failed, -self._firm(events), sum(e.cost.total for e in events)))
         self.competed |= {tried.trial for tried in new}
         if not fits or min(fits)[0]:
             return None
         judged = yield from self._judge(new[fits.index(min(fits))].policies[-1])
-        sure = judged.success.rate >= max(s.sure, s.alpha)
+        sure = judged.accepted and judged.firm >= s.sure
         yield self._evaluated(replace(judged, accepted=sure))
-        if self.best is None or judged.success.rate > self.best.success.rate:
+        if self.best is None or _merit(judged) > _merit(self.best):
             self.best = judged
-        return self.best if sure else None
+        return judged if sure else None
+
+    def _firm(self, events: Sequence[TrialFinished]) -> float:
+        # The share of trials that succeeded with a margin, so that a start a little different will too.
+        s = self.settings.learning
+        near, angle = s.margin * s.near, s.margin * s.near_angle
+        strict = s.model_copy(update={"near": near, "near_angle": angle})
+        good = [e for e in events if e.success and e.record is not None]
+        return sum(not failure_of(self.problem, e.record, "", e.cost, strict) for e in good) / len(events)
 
     def _judge(self, policy: Policy) -> Generator[Event, None, Learned]:
         # P over the perturbed starts, what the policy cost there, and what most failures were.
@@ -178,7 +188,7 @@ class Improvement:
         success = Success(len(events) - len(reasons), len(events))
         why = max(reasons, key=reasons.count) if reasons else ""
         cost = float(np.mean([event.cost.total for event in events]))
-        return Learned(policy, cost, success, success.rate >= s.alpha, why)
+        return Learned(policy, cost, success, self._firm(events), success.rate >= s.alpha, why)
 
     def _evaluated(self, learned: Learned) -> Evaluated:
         p = learned.success
@@ -222,3 +232,7 @@ class Improvement:
             self.best = yield from self._judge(best.policies[-1] if robust else self.mean)
         yield self._evaluated(self.best)
         return self.best
+
+
+def _merit(learned: Learned) -> tuple[bool, float, float]:
+    return learned.accepted, learned.firm, learned.success.rate

@@ -55,7 +55,7 @@ def scripted(monkeypatch, stacking):
                 ok = next(outcomes)
                 success = Success(20 if ok else 0, 20)
                 why = "" if ok else "cubeA ends 140 mm from where it was shown"
-                return Learned(self.problem.imitated, 1.0, success, ok, why)
+                return Learned(self.problem.imitated, 1.0, success, float(ok), ok, why)
                 yield
 
         monkeypatch.setattr(reformulate, "Improvement", Scripted)
