@@ -176,8 +176,12 @@ class Improvement:
         s = self.settings.learning
         near, angle = s.margin * s.near, s.margin * s.near_angle
         strict = s.model_copy(update={"near": near, "near_angle": angle})
-        good = [e for e in events if e.success and e.record is not None]
-        return sum(not failure_of(self.problem, e.record, "", e.cost, strict) for e in good) / len(events)
+        firm = [
+            not failure_of(self.problem, e.record, "", e.cost, strict)
+            for e in events
+            if e.success and e.record is not None
+        ]
+        return sum(firm) / len(events)
 
     def _judge(self, policy: Policy) -> Generator[Event, None, Learned]:
         # P over the perturbed starts, what the policy cost there, and what most failures were.
