@@ -1,0 +1,144 @@
+"""One formulation learned in a made-up world, where a grip that is firm enough places the block."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from records import moved, still
+
+from imitate.events import Converged, Evaluated, PolicyUpdated, TrialFinished
+from imitate.learning.improve import Improvement
+from imitate.settings import load_settings
+from imitate.world.scene import scene_of, shown_start
+from imitate.world.trial import Outcome
+
+
+class Pretended:
+    """Trials whose block ends ``miss(policy)`` metres from its place."""
+
+    def __init__(self, demonstration, settings, miss):
+        self.spec = scene_of(demonstration, settings.world)
+        self.settings = settings
+        self.record = still(demonstration)
+        self.miss = miss
+
+    def run(self, tasks):
+        for task in tasks:
+            policy = task.policies[-1]
+            yield Outcome(moved(self.record, 0, [0, 0, self.miss(policy)]))
+
+
+def force(policy):
+    """Mean gripper weight, noise included."""
+    weights = policy.gripper_weights
+    noise = policy.gripper_noise
+    return float(np.mean(weights + noise if len(noise) else weights)) if len(weights) else 0.0
+
+
+def held_from(newtons):
+    """A block that is left behind the farther the weaker the grip."""
+    return lambda policy: 0.14 * float(np.clip(1 - force(policy) / newtons, 0, 1))
+
+
+@pytest.fixture
+def learn(short_demonstration, carry_problem):
+    """Runs the improvement; returns the events and what was learned."""
+
+    def run(miss, gripper=True, seed=0, prefix=(), **learning):
+        settings = load_settings(None, {"mode": learning.pop("mode", "robust"), "learning": learning})
+        trials = Pretended(short_demonstration, settings, miss)
+        imitated = carry_problem.imitated
+        mean = imitated if gripper else replace(imitated, gripper_weights=np.zeros(0))
+        sequence = np.random.SeedSequence(seed)
+        course = Improvement(carry_problem, prefix, mean, trials, sequence).run(shown_start(trials.spec))
+        events = []
+        while True:
+            try:
+                events.append(next(course))
+            except StopIteration as end:
+                return events, end.value
+
+    return run
+
+
+def explored(events):
+    return [e for e in events if isinstance(e, TrialFinished) and e.purpose == "explore"]
+
+
+def test_an_imitation_that_will_do_is_not_explored(learn):
+    events, learned = learn(lambda _: 0.0)
+    assert len(explored(events)) == 1
+    assert learned.accepted
+    assert (learned.success.successes, learned.success.trials) == (20, 20)
+
+
+def test_without_the_gripper_it_converges_and_p_is_zero(learn):
+    events, learned = learn(held_from(20.0), gripper=False)
+    assert any(isinstance(e, Converged) for e in events)
+    assert (learned.success.successes, learned.accepted) == (0, False)
+    assert learned.why.startswith("cubeA ends 140 mm")
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_with_the_gripper_a_grip_is_found_within_the_budget(learn, seed):
+    events, learned = learn(held_from(20.0), seed=seed)
+    assert learned.accepted
+    assert force(learned.policy) >= 15
+    assert len(explored(events)) <= 30
+
+
+def test_no_formulation_takes_more_than_thirty_trials(learn):
+    events, learned = learn(held_from(1e6))
+    assert len(explored(events)) == 30
+    assert not learned.accepted
+
+
+def test_a_success_at_the_edge_of_the_tolerance_is_improved_further(learn):
+    # 18 mm off is within 2 cm but not within the margin; a stronger grip is better.
+    events, learned = learn(lambda p: 0.018 * float(np.clip(1 - force(p) / 20, 0, 1)), seed=1)
+    judged = [e for e in events if isinstance(e, Evaluated)]
+    assert [e.accepted for e in judged[:1]] == [False]
+    assert learned.accepted
+    assert learned.firm == 1.0
+
+
+def test_the_last_judgement_decides(learn):
+    for miss in (held_from(20.0), held_from(1e6), lambda _: 0.018):
+        events, learned = learn(miss)
+        last = [e for e in events if isinstance(e, Evaluated)][-1]
+        assert last is events[-1]
+        assert (last.successes, last.accepted) == (learned.success.successes, learned.accepted)
+
+
+def test_the_same_seed_explores_the_same_policies(learn):
+    def noise(seed):
+        return [e.policies[-1].gripper_weights for e in explored(learn(held_from(1e6), seed=seed)[0])]
+
+    a, b, c = noise(0), noise(0), noise(1)
+    assert all(np.array_equal(x, y) for x, y in zip(a, b, strict=True))
+    assert not all(np.array_equal(x, y) for x, y in zip(a, c, strict=True))
+
+
+def test_exploration_starts_where_the_accepted_skills_end(learn, carry_problem):
+    events, _ = learn(lambda _: 0.0, prefix=(carry_problem.imitated,))
+    prepare, first = [e for e in events if isinstance(e, TrialFinished)][:2]
+    assert prepare.purpose == "prepare"
+    assert len(prepare.policies) == 1
+    assert first.purpose == "explore"
+    judged = [e for e in events if isinstance(e, TrialFinished) and e.purpose == "evaluate"]
+    assert {len(e.policies) for e in judged} == {2}
+
+
+def test_the_faithful_mode_judges_the_mean_policy_alone(learn):
+    events, learned = learn(held_from(1e6), mode="faithful")
+    updates = [e for e in events if isinstance(e, PolicyUpdated)]
+    purposes = {e.purpose for e in events if isinstance(e, TrialFinished)}
+    assert purposes == {"explore", "evaluate"}
+    assert len(explored(events)[-1].policies[-1].gripper_noise) == 5
+    assert np.array_equal(learned.policy.pose_weights, updates[-1].policy.pose_weights)
+
+
+def test_per_kernel_noise_learns_a_grip_too(learn):
+    events, _ = learn(held_from(20.0), mode="faithful", converged_below=0.0, seed=2)
+    means = [force(e.policy) for e in events if isinstance(e, PolicyUpdated)]
+    assert max(means) > 10
