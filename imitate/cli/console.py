@@ -15,8 +15,8 @@ import typer
 from imitate.errors import ImitateError
 
 if TYPE_CHECKING:
-    from rich.console import Console
     from rich.progress import Progress
+    from rich.table import Table
 
 SettingsFile = Annotated[
     Path | None,
@@ -31,6 +31,9 @@ Seed = Annotated[
 Workers = Annotated[
     int | None, typer.Option("--workers", min=1, help="Processes that run trials; by default one per core.")
 ]
+
+_WIDE = 1000
+"""characters, more than any table needs."""
 
 
 class Exit(IntEnum):
@@ -91,11 +94,23 @@ def narrate(text: str) -> None:
     typer.echo(text, err=True)
 
 
-def tables() -> Console:
-    """Rich's console on stdout, for tables that are the result."""
+def table(*columns: str, right: tuple[str, ...] = (), header: bool = True) -> Table:
+    """A table with those columns; the ones in ``right`` hold numbers, which are never cut or wrapped."""
+    from rich.table import Table
+
+    made = Table(*columns, box=None, pad_edge=False, collapse_padding=True, show_header=header)
+    for column in made.columns:
+        if column.header in right:
+            column.justify, column.no_wrap = "right", True
+    return made
+
+
+def show(result: Table) -> None:
+    """A table on stdout; where that is no terminal, as wide as it has to be."""
     from rich.console import Console
 
-    return Console()
+    console = Console()
+    console.print(result, width=None if console.is_terminal else _WIDE, crop=False, soft_wrap=False)
 
 
 def progress() -> Progress:

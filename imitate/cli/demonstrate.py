@@ -26,7 +26,10 @@ def demonstrate(
     seed: console.Seed = 0,
     force: console.Force = False,
 ) -> None:
-    """Film a task, performed by the virtual human hand, in front of the virtual RGB-D camera."""
+    """Film a task in front of the virtual camera.
+
+    A virtual hand performs a person's motion; the RGB-D camera has a Kinect's noise.
+    """
     from imitate.errors import UnknownNameError
     from imitate.formats.demonstrations import read_demonstration
     from imitate.formats.output import refuse_existing

@@ -20,7 +20,10 @@ def info(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Any MCAP file, or a demonstration in NPZ.")],
     as_json: console.Json = False,
 ) -> None:
-    """Say what is inside a file; exit code 3 when it is damaged."""
+    """Say what is inside a file.
+
+    Exit code 3 says that it is damaged.
+    """
     from imitate.errors import FileError
     from imitate.formats.kind import kind_of
     from imitate.formats.mcap_file import contents
@@ -99,9 +102,7 @@ def _demonstration(file: Path) -> dict[str, Any]:
 
 
 def _show(found: dict[str, Any]) -> None:
-    from rich.table import Table
-
-    facts = Table(show_header=False, box=None)
+    facts = console.table("", "", header=False)
     for name in (
         "file",
         "kind",
@@ -123,13 +124,12 @@ def _show(found: dict[str, Any]) -> None:
         facts.add_row("object", thing if isinstance(thing, str) else _object(thing))
     for damage in found.get("damage", ()):
         facts.add_row("damage", damage)
-    console.tables().print(facts)
+    console.show(facts)
     if found.get("topics"):
-        topics = Table("topic", "messages", "schema", box=None)
-        topics.columns[1].justify = "right"
+        topics = console.table("topic", "messages", "schema", right=("messages",))
         for name, topic in found["topics"].items():
             topics.add_row(name, f"{topic['messages']:,}", topic["schema"])
-        console.tables().print(topics)
+        console.show(topics)
 
 
 def _object(thing: dict[str, Any]) -> str:

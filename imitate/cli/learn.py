@@ -34,7 +34,10 @@ def learn(
     as_json: console.Json = False,
     force: console.Force = False,
 ) -> None:
-    """Learn a task from one demonstration and reproduce it; exit code 3 when it was not reproduced."""
+    """Learn a task from one demonstration, and reproduce it.
+
+    Exit code 3 says that it was not reproduced; stderr then says which skill failed and what to try.
+    """
     import os
 
     from imitate.formats.output import free_name, refuse_existing
@@ -105,13 +108,8 @@ def _narrate(event: Event) -> None:
 
 
 def _show(progress: Progress, seconds: float) -> None:
-    from rich.table import Table
-
-    table = Table(
-        "skill", "relevant", "reference", "actions", "trials", "cost", "P", "interval", "", box=None
-    )
-    for column in table.columns[4:7]:
-        column.justify = "right"
+    numbers = ("trials", "cost", "P", "interval")
+    table = console.table("skill", "relevant", "reference", "actions", *numbers, "", right=numbers)
     for skill in progress.skills:
         for attempt in skill.attempts:
             f, judged = attempt.formulation, attempt.evaluated
@@ -126,7 +124,7 @@ def _show(progress: Progress, seconds: float) -> None:
                 f"{judged.low:.2f}–{judged.high:.2f}" if judged else "",
                 "accepted" if attempt.accepted else "given up",
             )
-    console.tables().print(table)
+    console.show(table)
     if r := progress.reproduced:
         verdict = "reproduced" if r.reproduced else "not reproduced"
         console.write(

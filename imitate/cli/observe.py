@@ -24,7 +24,7 @@ def observe(
     as_json: console.Json = False,
     force: console.Force = False,
 ) -> None:
-    """Find table, blocks and hand in a recording, and follow them.
+    """Follow hand and blocks through a recording.
 
     Exit code 3 says that something was out of sight for a while; its poses there are interpolated.
     """

@@ -24,7 +24,10 @@ def replay(
     as_json: console.Json = False,
     force: console.Force = False,
 ) -> None:
-    """Run every recorded trial again and compare each step bit for bit; exit code 3 if any differs."""
+    """Run a session again and compare every bit.
+
+    Exit code 3 says that a step differs or that the file is damaged.
+    """
     import os
 
     from imitate.formats.output import refuse_existing

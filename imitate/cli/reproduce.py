@@ -17,7 +17,10 @@ def reproduce(
     workers: console.Workers = None,
     as_json: console.Json = False,
 ) -> None:
-    """Run the learned task from perturbed starts; exit code 3 when it succeeds in less than α of them."""
+    """Run a learned task from new starts.
+
+    Exit code 3 says that it succeeds in less than α of them.
+    """
     import os
 
     from imitate.events import Reproduced, TrialFinished

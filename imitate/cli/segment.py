@@ -75,11 +75,8 @@ def _plain(s: Segment) -> dict[str, Any]:
 
 
 def _show(segments: tuple[Segment, ...]) -> None:
-    from rich.table import Table
-
-    table = Table("skill", "from", "to", "relevant", "reference", "next best", "nats behind", box=None)
-    for column in (table.columns[1], table.columns[2], table.columns[6]):
-        column.justify = "right"
+    columns = ("skill", "from", "to", "relevant", "reference", "next best", "nats behind")
+    table = console.table(*columns, right=("from", "to", "nats behind"))
     for number, s in enumerate(segments, start=1):
         runner_up = next((c for c in s.alternatives if c.abstraction != s.abstraction), None)
         table.add_row(
@@ -91,4 +88,4 @@ def _show(segments: tuple[Segment, ...]) -> None:
             str(runner_up.abstraction) if runner_up else "",
             f"{s.alternatives[0].log_likelihood - runner_up.log_likelihood:.1f}" if runner_up else "",
         )
-    console.tables().print(table)
+    console.show(table)

@@ -18,7 +18,10 @@ def tui(
     workers: Workers = None,
     settings: SettingsFile = None,
 ) -> None:
-    """The guided session: see every step, overrule it where it is wrong."""
+    """The guided session, in the terminal.
+
+    See every step, and overrule it where it is wrong.
+    """
     import os
     import sys
 
