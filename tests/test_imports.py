@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 PROBE = """
 import importlib, pathlib, sys
@@ -29,9 +30,8 @@ sys.modules["open3d"] = None
 from imitate import cli
 cli.main(["segment", sys.argv[1], "--json"])
 """
-    from conftest import FIXTURES
-
-    command = [sys.executable, "-c", probe, str(FIXTURES / "human_stack.npz")]
+    human_stack = Path(__file__).parents[1] / "fixtures" / "human_stack.npz"
+    command = [sys.executable, "-c", probe, str(human_stack)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith('{"mode": "robust"')

@@ -32,13 +32,14 @@ def demonstrate(
     """
     from imitate.errors import UnknownNameError
     from imitate.formats.demonstrations import read_demonstration
-    from imitate.formats.output import refuse_existing
+    from imitate.formats.output import refuse_existing, require_mcap
     from imitate.formats.recordings import write_recording
     from imitate.settings import load_settings
 
     if task not in TASKS:
         raise UnknownNameError("task", task, TASKS)
     width, height = _pixels(size)
+    require_mcap(output)
     refuse_existing(output, force)
     hand = load_settings(settings).perception
     shown = read_demonstration(demonstration or _fixture(TASKS[task]))

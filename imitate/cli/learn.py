@@ -40,13 +40,14 @@ def learn(
     """
     import os
 
-    from imitate.formats.output import free_name, refuse_existing
+    from imitate.formats.output import free_name, refuse_existing, require_mcap
     from imitate.session.progress import Progress, learn_report
     from imitate.session.session import Request, run
     from imitate.settings import load_settings
 
     settings = load_settings(settings_file, {"mode": mode} if mode else None)
     log = output or free_name(Path("sessions"), f"{file.stem}-{seed}", ".mcap")
+    require_mcap(log)
     viewed = log.with_suffix(".rrd") if rrd else None
     for path in filter(None, (log, viewed)):
         refuse_existing(path, force)

@@ -68,6 +68,10 @@ def write_demonstration(demonstration: Demonstration, path: Path | str, force: b
 
 
 def _read_npz(path: Path) -> Demonstration:
+    if not zipfile.is_zipfile(path):
+        start = path.read_bytes()[:8]
+        held_instead = f"it starts with {start!r}" if start else "it is empty"
+        raise FileError(path, f"is not an NPZ archive: {held_instead}", _npz_remedy())
     try:
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
             held: dict[str, NDArray[Any]] = {name: archive[name] for name in archive.files}

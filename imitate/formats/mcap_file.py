@@ -174,6 +174,12 @@ def check_magic(path: Path) -> None:
         raise FileError(path, f"cannot be read ({error.strerror})") from None
     if not start:
         raise FileError(path, "is empty", "Record it again.")
+    if start.startswith(b"PK"):
+        raise FileError(
+            path,
+            "is an NPZ archive, not an MCAP file",
+            f"An NPZ holds a demonstration: imitate learn {path}",
+        )
     if start != MAGIC:
         raise FileError(
             path,

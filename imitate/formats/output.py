@@ -42,6 +42,12 @@ def refuse_existing(path: Path, force: bool = False) -> None:
         raise FileError(path, "exists already", "Choose another name, or overwrite it with --force.")
 
 
+def require_mcap(path: Path) -> None:
+    """Raises FileError when a recording or a session would not be called .mcap."""
+    if path.suffix != ".mcap":
+        raise FileError(path, f"cannot be written: unknown suffix {path.suffix!r}", "Use .mcap.")
+
+
 def free_name(folder: Path, stem: str, suffix: str) -> Path:
     """The first of stem, stem-2, stem-3 … in ``folder`` that does not exist yet."""
     names = (f"{stem}{'' if n == 1 else f'-{n}'}{suffix}" for n in count(1))

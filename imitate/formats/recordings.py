@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from imitate.errors import FileError
 from imitate.formats.kind import METADATA, listed
 from imitate.formats.mcap_file import McapReader, McapWriter, RawMessage, contents, protobuf_channel
-from imitate.formats.output import new_file
+from imitate.formats.output import new_file, require_mcap
 from imitate.rgbd import Intrinsics, RgbdFrame
 
 CALIBRATION, COLOUR, DEPTH = "/camera/calibration", "/camera/colour", "/camera/depth"
@@ -85,8 +85,9 @@ def write_recording(
     """Writes frames as they come and returns how many.
 
     Raises:
-        FileError: the file exists and ``force`` is not given, or its folder cannot be written.
+        FileError: the file exists and ``force`` is not given, is not called .mcap, or cannot be written.
     """
+    require_mcap(Path(path))
     channels = [
         protobuf_channel(CALIBRATION, CameraCalibration),
         protobuf_channel(COLOUR, CompressedImage),
@@ -119,6 +120,8 @@ def open_recording(path: Path | str) -> Recording:
     inside = contents(path)
     if inside.damage:
         raise FileError(path, f"is damaged: {inside.damage[0]}", "Record or copy it again.")
+    if inside.metadata.get(METADATA, {}).get("kind") == "session":
+        raise FileError(path, "is a session, not a recording", _REMEDY)
     intrinsics: Intrinsics | None = None
     pictures: dict[str, str] = {}
     topics = {topic for topic, (schema, count) in inside.topics.items() if count and schema in _PARSERS}

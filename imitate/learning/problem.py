@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imitate.demonstration import HAND, Demonstration
+from imitate.errors import ImitateError
 from imitate.geometry import Array, align_signs, angle_between, relative, resample
 from imitate.learning.placement import Placement, misplaced, placements, resting
 from imitate.policy.dmp import imitate, response
@@ -75,6 +76,23 @@ def formulate(
         placed=tuple(p for p in placements(demonstration, earlier) if p.name not in abstraction.relevant),
         object_names=demonstration.object_names,
     )
+
+
+def check_durations(segments: tuple[Segment, ...], settings: Settings) -> None:
+    """Raises ImitateError where a segment is too short for the policy's equations.
+
+    Integrated in steps of Δt, a critically damped spring of stiffness α per duration T holds for αΔt/T < 4.
+    """
+    s = settings.policy
+    stiffest = max(s.stiffness, s.gripper_stiffness)
+    least = (int(stiffest / 4) + 2) / settings.world.control_rate
+    for number, segment in enumerate(segments, start=1):
+        if segment.end - segment.start < least:
+            raise ImitateError(
+                f"skill {number}, {segment.abstraction}, lasts {segment.end - segment.start:.2f} s; expected "
+                f"at least {least:.2f} s. Move its boundary in the guided session (imitate tui), or show the "
+                "task more slowly."
+            )
 
 
 def _trajectory(problem: Problem, record: TrialRecord, body: str) -> Array:

@@ -13,6 +13,7 @@ from imitate import events
 from imitate.demonstration import Demonstration, in_table_frame
 from imitate.events import Event
 from imitate.formats.session_log import SessionWriter
+from imitate.learning.problem import check_durations
 from imitate.learning.reformulate import Search, learn_options
 from imitate.learning.reproduce import reproduce
 from imitate.learning.trials import Trials, process_pool
@@ -100,6 +101,7 @@ def _course(request: Request, source: Source, stack: ExitStack) -> Iterator[Even
         for count in range(len(request.decisions))
     ]
     segments = reviewed[-1] if reviewed else found
+    check_durations(segments, settings)
     check_within_reach(
         scene, [n for s in segments for n in (*s.abstraction.carried, s.abstraction.reference)]
     )

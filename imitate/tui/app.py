@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from textual import on, work
 from textual.app import App
@@ -16,6 +17,9 @@ from imitate.tui import intents
 from imitate.tui.engine import Engine, Task
 from imitate.tui.state import State, Step
 from imitate.tui.step import StepScreen
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
 
 REDRAW = 0.1
 """s between two drawings: events are folded as they come, but drawn at most so often."""
@@ -49,6 +53,7 @@ class ImitateApp(App[None]):
         self.root = root or Path.cwd()
         self.state = State(settings or Settings(), seed, workers)
         self._source = source
+        self.leaving = False
         self._changed = False
 
     def on_mount(self) -> None:
@@ -58,8 +63,15 @@ class ImitateApp(App[None]):
         if self._source:
             self.post_message(intents.Open(self._source))
 
+    def exit(self, result: None = None, return_code: int = 0, message: RenderableType | None = None) -> None:
+        """Leave; what still arrives from the threads shows no step any more."""
+        self.leaving = True
+        super().exit(result, return_code, message)
+
     def show(self, step: Step) -> None:
         """Show a step's screen, made when it is first shown."""
+        if self.leaving:
+            return
         if step not in self._installed_screens:
             self.install_screen(self._make(step), step)
         if len(self.screen_stack) > 1:

@@ -13,7 +13,8 @@ from imitate.demonstration import Demonstration
 from imitate.errors import SceneError
 from imitate.geometry import Array, angle_between, compose, from_yaw, inverse, resample
 from imitate.settings import World as WorldSettings
-from imitate.world.engine import open_client, pybullet
+from imitate.world.engine import Client, open_client, pybullet
+from imitate.world.quiet import quiet
 from imitate.world.robot import Robot
 
 
@@ -34,12 +35,16 @@ class Solution:
 
 
 class Arm:
-    """The robot's kinematics alone."""
+    """The robot's kinematics alone.
+
+    Raises:
+        SceneError: the description names a file that is no URDF, or joints or a link that it does not have.
+    """
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
         self.client = open_client()
-        self.body = self.client.loadURDF(robot.urdf, useFixedBase=1)
+        self.body = _loaded(self.client, robot)
         joints, links = self.client.names(self.body)
         self.joints = [joints[name] for name in robot.arm]
         self.link = links[robot.hand_link]
@@ -102,6 +107,25 @@ class Arm:
 
     def _put(self, joints: list[float]) -> None:
         self.client.resetJointStatesMultiDof(self.body, self.joints, [[position] for position in joints])
+
+
+def _loaded(client: Client, robot: Robot) -> int:
+    try:
+        with quiet(1):  # a missing file is announced on stdout before it is an error
+            body = int(client.loadURDF(robot.urdf, useFixedBase=1))
+    except pybullet.error:
+        raise SceneError(
+            f"{robot.urdf}: cannot be loaded as a robot. Expected a URDF file: an absolute path, or one "
+            "beside the robot's TOML file or within pybullet_data."
+        ) from None
+    joints, links = client.names(body)
+    for kind, wanted, has in (
+        ("joint", robot.arm + robot.fingers, joints),
+        ("link", (robot.hand_link,), links),
+    ):
+        if missing := [name for name in wanted if name not in has]:
+            raise SceneError(f"{robot.urdf}: no {kind} {', '.join(missing)}; it has {', '.join(has)}.")
+    return body
 
 
 def place_base(robot: Robot, demonstration: Demonstration, settings: WorldSettings) -> tuple[Array, Array]:

@@ -46,12 +46,20 @@ class Robot:
     reach: float
 
 
+_KINDS = {
+    "str": "text",
+    "float": "a number",
+    "tuple[str, ...]": "a list of names",
+    "tuple[float, ...]": "a list of numbers",
+}
+
+
 def load_robot(name: str) -> Robot:
     """A robot shipped with imitate, by name, or described by a TOML file, by path.
 
     Raises:
         UnknownNameError: no such shipped robot.
-        FileError: the file is missing, is no TOML, or lacks a field.
+        FileError: the file is missing, is no TOML, or lacks a field or has a wrong one.
     """
     shipped = {path.stem: path for path in _SHIPPED.glob("*.toml")}
     path = Path(name) if name.endswith(".toml") else shipped.get(name)
@@ -70,8 +78,24 @@ def load_robot(name: str) -> Robot:
         raise FileError(
             path, f"has unknown {', '.join(unknown)}", f"A robot has {', '.join(sorted(needed))}."
         )
+    for field in fields(Robot):
+        if not _fits(values[field.name], str(field.type)):
+            raise FileError(
+                path, f"{field.name} = {values[field.name]!r}", f"Expected {_KINDS[str(field.type)]}."
+            )
+    if len(values["tcp"]) != 7 or len(values["rest"]) != len(values["arm"]):
+        raise FileError(path, "tcp has 7 numbers, and rest one for each joint of arm; these have not")
     beside = path.parent / values["urdf"]
     if beside.exists():
         values["urdf"] = str(beside.resolve())
     read: dict[str, Any] = {key: tuple(v) if isinstance(v, list) else v for key, v in values.items()}
     return Robot(**read)
+
+
+def _fits(value: Any, kind: str) -> bool:
+    if kind.startswith("tuple"):
+        inner = kind.removeprefix("tuple[").removesuffix(", ...]")
+        return isinstance(value, list) and len(value) > 0 and all(_fits(item, inner) for item in value)
+    if kind == "str":
+        return isinstance(value, str)
+    return isinstance(value, int | float) and not isinstance(value, bool)

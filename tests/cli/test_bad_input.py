@@ -1,13 +1,16 @@
 """Every verb that reads a file says in one message what is wrong with it, and writes nothing."""
 
+import json
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from imitate import cli
+from imitate import cli, world
 
 FIXTURE = Path(__file__).parents[2] / "fixtures" / "human_stack.npz"
+PANDA = Path(world.__file__).parent / "robots" / "panda.toml"
 
 
 def spoiled(path: Path, **changes: np.ndarray | None) -> Path:
@@ -115,3 +118,47 @@ def test_unknown_seeds_settings_and_options(refused, tmp_path, words, expected):
     code, message = refused("learn", FIXTURE, *(word.replace("{typo}", str(typo)) for word in words))
     assert code == 2
     assert expected in message
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({"urdf": "nothing.urdf"}, "nothing.urdf: cannot be loaded as a robot"),
+        ({"arm": ["panda_jointX"] * 7}, "no joint panda_jointX"),
+        ({"hand_link": "paw"}, "no link paw; it has"),
+        ({"finger_open": "wide"}, "finger_open = 'wide'. Expected a number"),
+        ({"fingers": []}, "fingers = []. Expected a list of names"),
+        ({"rest": [0.0]}, "rest one for each joint"),
+    ],
+)
+def test_a_wrong_description_of_a_robot(refused, tmp_path, change, expected):
+    description = tomllib.loads(PANDA.read_text()) | change
+    robot = tmp_path / "robot.toml"
+    robot.write_text("".join(f"{key} = {json.dumps(value)}\n" for key, value in description.items()))
+    settings = tmp_path / "settings.toml"
+    settings.write_text(f"[world]\nrobot = {json.dumps(str(robot))}\n")
+    code, message = refused("learn", FIXTURE, "--settings", settings)
+    assert code == 1
+    assert expected in message
+
+
+def test_a_demonstration_too_short_to_move_in(refused, tmp_path):
+    with np.load(FIXTURE) as archive:
+        two = {name: archive[name][:2] for name in ("t", "hand", "objects")}
+    code, message = refused("learn", spoiled(tmp_path / "short.npz", **two))
+    assert code == 1
+    assert "lasts 0.01 s; expected at least" in message
+
+
+@pytest.mark.parametrize("words", [["learn", FIXTURE], ["demonstrate", "stack"]])
+def test_an_output_of_another_kind(refused, words):
+    code, message = refused(*words, "-o", "new.rrd")
+    assert code == 1
+    assert "new.rrd: cannot be written: unknown suffix '.rrd'. Use .mcap." in message
+
+
+@pytest.mark.parametrize("verb", ["observe", "reproduce", "replay"])
+def test_a_demonstration_where_something_else_is_expected(refused, verb):
+    code, message = refused(verb, FIXTURE)
+    assert code == 1
+    assert "An NPZ holds a demonstration: imitate learn" in message
