@@ -30,25 +30,26 @@ class Script:
         hold: whether learning waits at the story's end until it is stopped, as a long session does; observing
             waits likewise, unless it is ``watched``.
         ending: raised at the end of the story.
+        stopped: whether learning ended because it was asked to.
         tasks: what learning was asked for.
     """
 
     story: Iterable[Event] = ()
     hold: bool = False
     watched: bool = False
+    stopped: bool = False
     ending: Exception | None = None
     tasks: list[Task] = field(default_factory=list)
-    told: threading.Event = field(default_factory=threading.Event)
 
     def learn(self, task: Task, should_stop: Callable[[], bool]) -> Iterator[Event]:
         self.tasks.append(task)
         yield from self.story
-        self.told.set()
         if self.ending:
             raise self.ending
         waiting = threading.Event()
         while self.hold and not should_stop():
             waiting.wait(0.01)
+        self.stopped = should_stop()
 
     def observe(self, _task: Task, should_stop: Callable[[], bool]) -> Iterator[float | Seen]:
         yield 0.4

@@ -13,9 +13,10 @@ from textual.worker import get_current_worker
 from imitate.errors import ImitateError
 from imitate.formats.output import free_name
 from imitate.settings import Settings
+from imitate.skill import Decision
 from imitate.tui import intents
 from imitate.tui.engine import Engine, Task
-from imitate.tui.state import State, Step
+from imitate.tui.state import State, Step, moved
 from imitate.tui.step import StepScreen
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ class ImitateApp(App[None]):
         Binding("f1,question_mark", "help", "help", id="app.help", key_display="?",
                 tooltip="What this step is for, and every key"),
         Binding("ctrl+t", "light_or_dark", "theme", id="app.theme", show=False, tooltip="Light or dark"),
-        Binding("q", "leave", "quit", id="app.quit", tooltip="Quit; asks first while learning"),
+        Binding("q", "quit", "quit", id="app.quit", tooltip="Quit; asks first while learning"),
     ]  # fmt: skip
 
     def __init__(
@@ -69,8 +70,8 @@ class ImitateApp(App[None]):
         super().exit(result, return_code, message)
 
     def show(self, step: Step) -> None:
-        """Show a step's screen, made when it is first shown."""
-        if self.leaving:
+        """Show a step's screen, made when it is first shown; nothing once the application closes."""
+        if self._closing_down:
             return
         if step not in self._installed_screens:
             self.install_screen(self._make(step), step)
@@ -101,13 +102,18 @@ class ImitateApp(App[None]):
         return DoneScreen(self.state)
 
     @property
+    def _closing_down(self) -> bool:
+        # Workers and the timer go on for a moment while the widgets are taken down.
+        return self.leaving or not self.is_running
+
+    @property
     def step(self) -> StepScreen | None:
         """The step that is shown; None under a note, and once the application closes."""
         top = self.screen_stack[-1] if self.screen_stack else None
         return top if isinstance(top, StepScreen) else None
 
     def _draw(self) -> None:
-        if self._changed and self.step:
+        if self._changed and self.step and not self._closing_down:
             self._changed = False
             self.step.redraw()
 
@@ -188,18 +194,35 @@ class ImitateApp(App[None]):
         self.state.observed = message.share
         self._changed = True
 
+    @on(intents.Nudge)
+    def _nudge(self, message: intents.Nudge) -> None:
+        state = self.state
+        if state.demonstration is not None:
+            by = (message.boundary, message.frames, message.seconds)
+            decision = moved(state.demonstration, state.segments, *by)
+            if decision:
+                self._apply(decision)
+
+    @on(intents.Undo)
+    def _undo(self) -> None:
+        if self.state.undoable:
+            self._apply(Decision("undo"))
+
     @on(intents.Decide)
     def _decide(self, message: intents.Decide) -> None:
+        self._apply(message.decision)
+
+    def _apply(self, decision: Decision) -> None:
         state = self.state
         if not state.editable or state.demonstration is None:
             return
-        decisions = (*state.decisions, message.decision)
+        decisions = (*state.decisions, decision)
         try:
             segments = self.engine.decide(state.found, decisions, state.demonstration, state.settings)
         except ImitateError as error:
             self.notice(str(error))
             return
-        state.decide(message.decision, segments)
+        state.decide(decision, segments)
         self._changed = True
 
     @on(intents.Learn)
@@ -267,12 +290,12 @@ class ImitateApp(App[None]):
         """The other theme."""
         self.theme = "textual-light" if self.current_theme.dark else "textual-dark"
 
-    def action_leave(self) -> None:
+    async def action_quit(self) -> None:
         """Quit; while learning, ask first."""
         from imitate.tui.notes import ConfirmScreen
 
         if not self.state.running:
-            self.exit()
+            self._leave(True)
             return
         question = (
             "Learning runs. Quit after the present trial? The session's file stays valid and can be replayed."
@@ -281,7 +304,7 @@ class ImitateApp(App[None]):
 
     def _leave(self, yes: bool | None) -> None:
         if yes:
-            self.state.stopping = True
+            self.state.stopping = self.state.running
             self.exit()
 
 

@@ -28,6 +28,19 @@ class Decide(Message):
     decision: Decision
 
 
+@dataclass
+class Nudge(Message):
+    """Move the end of segment ``boundary`` from where it is by then: keys may come faster than drawings."""
+
+    boundary: int
+    frames: int
+    seconds: float
+
+
+class Undo(Message):
+    """Take back the last decision that still holds."""
+
+
 class Learn(Message):
     """Start learning."""
 

@@ -13,8 +13,8 @@ from textual.widgets.option_list import Option
 
 from imitate.skill import Decision, Segment
 from imitate.tui.curve import DistanceCurve
-from imitate.tui.intents import Decide, Go, Learn
-from imitate.tui.state import distances, moved
+from imitate.tui.intents import Decide, Go, Learn, Nudge, Undo
+from imitate.tui.state import distances
 from imitate.tui.step import StepScreen
 from imitate.tui.timeline import Timeline
 from imitate.tui.words import decision_in_words
@@ -144,20 +144,15 @@ class ReviewScreen(StepScreen):
     def _on_alternative(self, event: OptionList.OptionSelected) -> None:
         chosen = self.state.segments[self.selected].alternatives[event.option_index].abstraction
         self.query_one("#segments", DataTable).focus()
-        self._decide(Decision("relabel", self.selected, abstraction=chosen))
+        self.post_message(Decide(Decision("relabel", self.selected, abstraction=chosen)))
 
     def action_nudge(self, frames: int, tenths: int) -> None:
         """Move the selected boundary."""
-        if not self.state.demonstration:
-            return
-        decision = moved(self.state.demonstration, self.state.segments, self.boundary, frames, tenths * NUDGE)
-        if decision:
-            self._decide(decision)
+        self.post_message(Nudge(self.boundary, frames, tenths * NUDGE))
 
     def action_undo(self) -> None:
         """Take back the last decision."""
-        if self.state.undoable:
-            self._decide(Decision("undo"))
+        self.post_message(Undo())
 
     def action_learn(self) -> None:
         """Learn these skills; while they are learned, look."""
@@ -169,7 +164,3 @@ class ReviewScreen(StepScreen):
         if action == "learn" and self.state.kind == "session":
             return False
         return None if changes and not self.state.editable else super().check_action(action, parameters)
-
-    def _decide(self, decision: Decision) -> None:
-        if self.state.editable:
-            self.post_message(Decide(decision))

@@ -133,7 +133,8 @@ async def test_keys_are_answered_while_learning_runs(tmp_path: Path) -> None:
 
 
 async def test_quitting_asks_only_while_learning(tmp_path: Path) -> None:
-    app = scripted_app(tmp_path, Script(list(islice(scripted.session(), 12)), hold=True))
+    script = Script(list(islice(scripted.session(), 12)), hold=True)
+    app = scripted_app(tmp_path, script)
     async with app.run_test() as pilot:
         await until(pilot, at(app, "review"))
         await pilot.press("s")
@@ -145,7 +146,7 @@ async def test_quitting_asks_only_while_learning(tmp_path: Path) -> None:
         assert not app.state.stopping
         await pilot.press("q", "y")
         await until(pilot, lambda: not app.is_running)
-    assert app.state.stopping
+        await until(pilot, lambda: script.stopped)
 
 
 async def test_learning_that_ends_under_a_note_shows_the_result(tmp_path: Path) -> None:
