@@ -60,6 +60,9 @@ def write_demonstration(demonstration: Demonstration, path: Path | str, force: b
     path = Path(path)
     if path.suffix not in (".npz", ".mcap"):
         raise FileError(path, f"cannot be written: unknown suffix {path.suffix!r}", "Use .npz or .mcap.")
+    if path.suffix == ".mcap" and (slashed := [n for n in demonstration.object_names if "/" in n]):
+        problem = f"cannot hold {', '.join(slashed)}: in MCAP a name is the last part of a topic"
+        raise FileError(path, problem, "Write .npz, or rename it.")
     with new_file(path, force) as temporary, temporary.open("wb") as stream:
         if path.suffix == ".mcap":
             _write_mcap(demonstration, stream)

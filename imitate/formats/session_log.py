@@ -84,6 +84,9 @@ class SessionWriter:
         refuse_existing(self.path, force)
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise FileError(self.path, f"its folder cannot be made ({error.strerror})") from None
+        try:
             if force:
                 self.path.unlink(missing_ok=True)
             self._stream: IO[bytes] = self.path.open("xb")

@@ -115,7 +115,7 @@ class Viewer:
         times = demonstration.t - demonstration.t[0]
         bodies = {"hand": demonstration.hand}
         for k, name in enumerate(demonstration.object_names):
-            bodies[f"objects/{name}"] = demonstration.objects[:, k]
+            bodies[_object(name)] = demonstration.objects[:, k]
         for name, poses in bodies.items():
             _send_poses(self._recording, f"demonstration/{name}", _clock(times), poses)
         self._time = float(times[-1])
@@ -179,7 +179,7 @@ def _draw_scene(recording: rr.RecordingStream, scene: SceneSpec) -> None:
         for name, size in zip(scene.object_names, scene.object_sizes, strict=True):
             if not np.isnan(size).any():
                 box = rr.Boxes3D(half_sizes=[size / 2], labels=[name])
-                recording.log(f"{root}/objects/{name}", box, static=True)
+                recording.log(f"{root}/{_object(name)}", box, static=True)
     joints = [f"joint {j}" for j in range(len(scene.home))]
     for entity in ("robot/positions", "robot/velocities", "robot/commands"):
         recording.log(entity, rr.SeriesLines(names=joints), static=True)
@@ -191,13 +191,23 @@ def _send_record(
     clock = _clock(start + (np.arange(record.steps) + 1) * record.time_step)
     _send_poses(recording, "world/hand", clock, record.hand_poses)
     for k, name in enumerate(names):
-        _send_poses(recording, f"world/objects/{name}", clock, record.object_poses[:, k])
-        _send_curves(recording, f"contact/{name}", clock, record.contact_forces[:, k : k + 1])
+        _send_poses(recording, f"world/{_object(name)}", clock, record.object_poses[:, k])
+        _send_curves(recording, f"contact/{_escaped(name)}", clock, record.contact_forces[:, k : k + 1])
     _send_curves(recording, "robot/positions", clock, record.joint_positions)
     _send_curves(recording, "robot/velocities", clock, record.joint_velocities)
     ticks = _clock(start + np.arange(len(record.commands)) * (record.control_every * record.time_step))
     _send_curves(recording, "robot/commands", ticks, record.commands[:, :-1])
     _send_curves(recording, "gripper/force", ticks, record.commands[:, -1:])
+
+
+def _object(name: str) -> str:
+    return f"objects/{_escaped(name)}"
+
+
+def _escaped(name: str) -> str:
+    import rerun as rr
+
+    return rr.escape_entity_path_part(name)  # a name may hold a space or a slash
 
 
 def _clock(seconds: NDArray[Any]) -> Any:

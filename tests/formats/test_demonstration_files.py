@@ -89,6 +89,15 @@ def test_a_failed_write_leaves_nothing(tmp_path: Path, monkeypatch: pytest.Monke
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_name_with_a_slash_is_not_a_topics_last_part(tmp_path: Path) -> None:
+    slashed = demonstration(names=("blue", "a/b"))
+    with pytest.raises(FileError, match=r"cannot hold a/b.*Write .npz"):
+        write_demonstration(slashed, tmp_path / "demo.mcap")
+    assert list(tmp_path.iterdir()) == []
+    write_demonstration(slashed, tmp_path / "demo.npz")
+    assert read_demonstration(tmp_path / "demo.npz").object_names == ("blue", "a/b")
+
+
 def test_sizes_may_be_left_out(tmp_path: Path) -> None:
     d = demonstration()
     np.savez(tmp_path / "d.npz", t=d.t, hand=d.hand, objects=d.objects, object_names=np.array(d.object_names))

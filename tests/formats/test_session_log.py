@@ -90,6 +90,12 @@ def test_a_session_is_never_overwritten_unasked(session: Path) -> None:
     assert session.read_bytes() == before
 
 
+def test_a_folder_that_cannot_be_made(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(FileError, match="its folder cannot be made"):
+        SessionWriter(tmp_path / "file" / "s.mcap")
+
+
 def test_force_starts_anew(tmp_path: Path) -> None:
     path = tmp_path / "s.mcap"
     path.write_text("something else")

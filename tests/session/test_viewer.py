@@ -2,6 +2,7 @@
 
 import sys
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ import rerun.chunk
 import scripted
 
 from imitate.errors import FileError
-from imitate.events import TrialFinished
+from imitate.events import SessionStarted, TrialFinished
 from imitate.formats.session_log import SessionWriter
 from imitate.session.viewer import Viewer, write_view
 
@@ -66,6 +67,18 @@ def test_objects_are_boxes_of_their_size(chunks: dict[str, list[pa.RecordBatch]]
     half = column(chunks["/world/objects/blue"], "Boxes3D:half_sizes")
     np.testing.assert_allclose(half[0], [[0.02, 0.02, 0.02]], rtol=1e-6)  # type: ignore[arg-type]
     assert len(column(chunks["/demonstration/objects/green"], "Transform3D:quaternion")) == 361
+
+
+def test_names_may_hold_spaces_and_slashes(tmp_path: Path) -> None:
+    start = next(iter(recorded.session(STEPS)))
+    assert isinstance(start, SessionStarted)
+    count = len(start.scene.object_names)
+    odd = ("my block", "a/b", *start.scene.object_names[2:])[:count]
+    scene = replace(start.scene, object_names=odd)
+    shown = replace(start.demonstration, object_names=odd)
+    write_view([replace(start, scene=scene, demonstration=shown)], tmp_path / "s.rrd")
+    entities = set(read(rerun.chunk.RrdReader(str(tmp_path / "s.rrd"))))
+    assert {r"/demonstration/objects/my\ block", r"/demonstration/objects/a\/b"} <= entities
 
 
 def test_costs_are_curves_by_skill_and_formulation(chunks: dict[str, list[pa.RecordBatch]]) -> None:
