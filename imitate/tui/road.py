@@ -32,6 +32,6 @@ class Road(Static):
     def _look(self, step: Step, i: int, position: int) -> tuple[str, str]:
         if i == position:
             return "●", "bold $text-primary"
-        if i < position or self._state.reachable(step):
+        if i < position or self._state.reachable(step) or self._state.passed(step):
             return "✓", "$text-success"
         return "○", "$text-muted"

@@ -82,6 +82,10 @@ class State:
             case "done":
                 return self.ended
 
+    def passed(self, step: Step) -> bool:
+        """Whether a step is done with and has nothing more to see."""
+        return step == "observe" and self.demonstration is not None
+
     def open(self, source: Path, kind: Kind) -> None:
         """Begin anew with another file."""
         fresh = State(self.settings, self.seed, self.workers, source, kind)
