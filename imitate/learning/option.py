@@ -40,4 +40,5 @@ class Success:
             return 0.0, 1.0
         middle = (p + _Z**2 / (2 * n)) / (1 + _Z**2 / n)
         half = _Z / (1 + _Z**2 / n) * np.sqrt(p * (1 - p) / n + _Z**2 / (4 * n * n))
-        return max(0.0, float(middle - half)), min(1.0, float(middle + half))
+        low = 0.0 if self.successes == 0 else float(middle - half)
+        return low, 1.0 if self.successes == n else float(middle + half)  # the ends are exact

@@ -11,6 +11,7 @@ import numpy as np
 
 from imitate import events
 from imitate.demonstration import Demonstration, in_table_frame
+from imitate.errors import DemonstrationError, SceneError
 from imitate.events import Event
 from imitate.formats.session_log import SessionWriter
 from imitate.learning.problem import check_durations
@@ -90,9 +91,10 @@ def _listeners(request: Request, stack: ExitStack) -> list[Callable[[Event], Non
     return found
 
 
-def _course(request: Request, source: Source, stack: ExitStack) -> Iterator[Event]:
-    # Whatever can be wrong with the input is found before the first event opens a file.
-    settings, seed = request.settings, request.seed
+def _opening(request: Request, source: Source) -> Iterator[Event]:
+    # What is known before any trial. All that can be wrong with the input is found before the first event,
+    # which opens the files.
+    settings = request.settings
     demonstration = in_table_frame(source.demonstration)
     scene = scene_of(demonstration, settings.world)
     found = segment(demonstration, settings.segmentation)
@@ -105,14 +107,26 @@ def _course(request: Request, source: Source, stack: ExitStack) -> Iterator[Even
     check_within_reach(
         scene, [n for s in segments for n in (*s.abstraction.carried, s.abstraction.reference)]
     )
-
-    toml = to_toml(settings)
-    yield events.SessionStarted(source.name, source.hash, seed, toml, versions(), demonstration, scene)
+    yield events.SessionStarted(
+        source.name, source.hash, request.seed, to_toml(settings), versions(), demonstration, scene
+    )
     yield events.Segmented(settings.segmentation.mode, found)
     for decision, result in zip(request.decisions, reviewed, strict=True):
         yield events.Decided(decision, result)
-    trials = stack.enter_context(Trials(process_pool(request.workers), scene, settings))
-    search = yield from learn_options(demonstration, segments, trials, shown_start(scene), seed)
+
+
+def _course(request: Request, source: Source, stack: ExitStack) -> Iterator[Event]:
+    try:
+        opening = list(_opening(request, source))
+    except (DemonstrationError, SceneError) as error:
+        raise type(error)(f"{request.source}: {error}") from error
+    yield from opening
+    started, segmented = opening[0], opening[-1]
+    assert isinstance(started, events.SessionStarted)
+    assert isinstance(segmented, events.Segmented | events.Decided)
+    demonstration, scene, segments = started.demonstration, started.scene, segmented.segments
+    trials = stack.enter_context(Trials(process_pool(request.workers), scene, request.settings))
+    search = yield from learn_options(demonstration, segments, trials, shown_start(scene), request.seed)
     yield from _reproduction(request, demonstration, segments, search, trials)
 
 
