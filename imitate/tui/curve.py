@@ -106,7 +106,9 @@ class DistanceCurve(_Plot):
             self.clear()
             for i, (name, (t, metres)) in enumerate(series.items()):
                 style = _plain(colours, BANDS[i % len(BANDS)])
-                self.plot(t, 100 * metres, line_style=style, hires_mode=HiResMode.BRAILLE, label=f"hand to {name}")
+                self.plot(
+                    t, 100 * metres, line_style=style, hires_mode=HiResMode.BRAILLE, label=f"hand to {name}"
+                )
             for i, cut in enumerate(cuts):
                 self.add_v_line(cut, line_style=_plain(colours, "foreground" if i == at else "text-disabled"))
             self.set_ylabel("cm, by second")

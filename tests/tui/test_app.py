@@ -132,14 +132,15 @@ async def test_keys_are_answered_while_learning_runs(tmp_path: Path) -> None:
         await until(pilot, lambda: table.cursor_row == 1 and table.following)
 
 
-async def test_quitting_asks_only_while_learning(tmp_path: Path) -> None:
+@pytest.mark.parametrize("key", ["q", "ctrl+q"])
+async def test_quitting_asks_only_while_learning(tmp_path: Path, key: str) -> None:
     script = Script(list(islice(scripted.session(), 12)), hold=True)
     app = scripted_app(tmp_path, script)
     async with app.run_test() as pilot:
         await until(pilot, at(app, "review"))
         await pilot.press("s")
         await until(pilot, at(app, "learn"))
-        await pilot.press("q")
+        await pilot.press(key)
         await until(pilot, lambda: not isinstance(app.screen, StepScreen))
         await pilot.press("enter")  # no
         await until(pilot, at(app, "learn"))
