@@ -226,11 +226,6 @@ def summarise(path: Path | str) -> SessionSummary:
     )
 
 
-def is_complete(path: Path | str) -> bool:
-    """Whether the session ran to its end and its file is whole; errors as in `summarise`."""
-    return summarise(path).complete
-
-
 class SessionReader:
     """Reads a session back.
 

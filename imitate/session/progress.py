@@ -9,14 +9,12 @@ from collections import Counter
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from imitate import events
 from imitate.events import Event, Purpose
 from imitate.settings import Settings, settings_from_toml
 from imitate.skill import CostTerms, Decision, Formulation, Segment
-
-Stage = Literal["new", "segmented", "learning", "reproducing", "finished"]
 
 
 @dataclass(frozen=True)
@@ -102,22 +100,6 @@ class Progress:
     def settings(self) -> Settings:
         """The session's settings; the defaults until it has started."""
         return settings_from_toml(self.started.settings) if self.started else Settings()
-
-    @property
-    def stage(self) -> Stage:
-        """Where on its way the session is."""
-        if self.finished:
-            return "finished"
-        if self.reproduction or self.reproduced:
-            return "reproducing"
-        if self.present:
-            return "learning"
-        return "segmented" if self.segmented else "new"
-
-    @property
-    def reformulations(self) -> list[Attempt]:
-        """The formulations that were given up, each with its reason, by skill."""
-        return [attempt for skill in self.skills for attempt in skill.attempts if attempt.given_up]
 
     def attempt(self, segment: int, formulation: int) -> Attempt:
         """The formulation with that index of that segment."""

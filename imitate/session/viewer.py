@@ -16,7 +16,7 @@ Timelines: "time", simulated seconds as in the session's log, and "trial", count
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
@@ -140,13 +140,6 @@ class Viewer:
         entity = f"costs/skill_{event.segment + 1}/formulation_{event.formulation + 1}/{event.purpose}"
         recording.send_columns(entity, here, rr.Scalars.columns(scalars=[event.cost.total]))
         self._trials += 1
-
-
-def write_view(events: Iterable[Event], path: Path | str, force: bool = False) -> None:
-    """A Rerun file of events that are over; errors as in `Viewer`."""
-    with Viewer(path, force) as viewer:
-        for event in events:
-            viewer.write(event)
 
 
 def _blueprint() -> Any:

@@ -20,7 +20,7 @@ from imitate.events import Event, TrialFinished
 from imitate.formats import session_log
 from imitate.formats.kind import kind_of
 from imitate.formats.mcap_file import McapReader, contents
-from imitate.formats.session_log import SessionReader, SessionWriter, is_complete, read_session, summarise
+from imitate.formats.session_log import SessionReader, SessionWriter, read_session, summarise
 from imitate.skill import Decision
 
 
@@ -112,12 +112,12 @@ def test_a_session_begins_with_its_start(tmp_path: Path) -> None:
 def test_summary(session: Path, tmp_path: Path) -> None:
     summary = summarise(session)
     assert summary.complete
-    assert is_complete(session)
+    assert summarise(session).complete
     assert summary.trials == 130
     assert summary.events["Decided"] == 1
     assert kind_of(session) == "session"
     half = written(tmp_path / "half.mcap", list(recorded.session())[:20])
-    assert not is_complete(half)
+    assert not summarise(half).complete
     assert kind_of(half) == "session"
 
 
@@ -149,7 +149,7 @@ def test_everything_flushed_survives_kill_9(tmp_path: Path, last: int) -> None:
     assert len(read) == len(expected)
     assert all(same(a, b) for a, b in zip(expected, read, strict=True))
     assert reader.damage == [f"cut at byte {path.stat().st_size:,}: the end of the file is missing"]
-    assert not is_complete(path)
+    assert not summarise(path).complete
     assert kind_of(path) == "session"
 
 

@@ -2,6 +2,7 @@
 
 import sys
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,11 +14,17 @@ import rerun.chunk
 import scripted
 
 from imitate.errors import FileError
-from imitate.events import SessionStarted, TrialFinished
+from imitate.events import Event, SessionStarted, TrialFinished
 from imitate.formats.session_log import SessionWriter
-from imitate.session.viewer import Viewer, write_view
+from imitate.session.viewer import Viewer
 
 STEPS = 20
+
+
+def write_view(session: Iterable[Event], path: Path) -> None:
+    with Viewer(path) as viewer:
+        for event in session:
+            viewer.write(event)
 
 
 @pytest.fixture(scope="module")
