@@ -5,11 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from imitate.errors import DemonstrationError
-from imitate.geometry import Array, read_only
+from imitate.geometry import Array, align_signs, read_only, resample
 
 HAND = "hand"
+TABLE = "table"
+"""the demonstration's own frame, as a reference where no object is left to be one."""
 
 
 @dataclass(frozen=True)
@@ -17,13 +20,13 @@ class Demonstration:
     """Pose trajectories of the hand and the objects.
 
     The hand's pose is its tool-centre point: between the fingertips, y along the opening of the fingers, z
-    towards the fingertips.
+    towards the fingertips. Where a body was not seen, its pose is seven NaN.
 
     Attributes:
         t: (T,) seconds, strictly increasing; irregular steps are normal.
         hand: (T, 7) poses in the demonstration's frame, z up.
         objects: (T, K, 7) poses in the same frame.
-        object_names: K distinct names, none of them "hand".
+        object_names: K distinct names, none of them "hand" or "table".
         object_sizes: (K, 3) metres along each object's x, y, z; NaN where not known.
 
     Raises:
@@ -52,8 +55,14 @@ class Demonstration:
         return float(self.t[-1] - self.t[0])
 
     def pose_of(self, name: str) -> Array:
-        """The trajectory (T, 7) of the hand or of an object, by name."""
+        """The trajectory (T, 7) of the hand, an object or the table, by name; the table is where it is."""
+        if name == TABLE:
+            return np.tile([0.0, 0, 0, 0, 0, 0, 1], (len(self.t), 1))
         return self.hand if name == HAND else self.objects[:, self.object_names.index(name)]
+
+    def seen(self, name: str) -> NDArray[np.bool_]:
+        """(T,) whether the hand or an object was seen, by name."""
+        return np.asarray(~np.isnan(self.pose_of(name)[:, 0]))
 
     def size_of(self, name: str) -> Array:
         """The size (3,) of an object in metres."""
@@ -61,12 +70,16 @@ class Demonstration:
 
 
 def table_height(demonstration: Demonstration) -> float:
-    """Height of the table in the demonstration's frame: where the lowest object stands at the first frame.
+    """Height of the table in the demonstration's frame: where the lowest object first stands.
 
     Raises:
         DemonstrationError: when no object's height is known.
     """
-    heights = demonstration.objects[0, :, 2] - demonstration.object_sizes[:, 2] / 2
+    first = demonstration.objects[
+        [int(np.argmax(demonstration.seen(name))) for name in demonstration.object_names],
+        np.arange(len(demonstration.object_names)),
+    ]
+    heights = first[:, 2] - demonstration.object_sizes[:, 2] / 2
     if np.all(np.isnan(heights)):
         raise DemonstrationError(
             "object_sizes: no object's size is known, so the table's height is not either. "
@@ -86,15 +99,30 @@ def in_table_frame(demonstration: Demonstration) -> Demonstration:
     )
 
 
+def interpolated(demonstration: Demonstration) -> Demonstration:
+    """The demonstration with every pose that was not seen filled in between its neighbours in time."""
+    d = demonstration
+    if not (np.isnan(d.hand).any() or np.isnan(d.objects).any()):
+        return d
+
+    def filled(name: str) -> Array:
+        seen = d.seen(name)
+        return align_signs(resample(d.t[seen], d.pose_of(name)[seen], d.t))
+
+    objects = np.stack([filled(name) for name in d.object_names], axis=1)
+    return replace(d, hand=filled(HAND), objects=objects)
+
+
 def _check_shapes(d: Demonstration) -> None:
     frames, count = d.t.shape[0] if d.t.ndim else 0, len(d.object_names)
     if d.t.ndim != 1 or frames < 2:
         raise DemonstrationError(f"t: shape {d.t.shape}; expected (T,) with at least 2 frames.")
     if not count:
         raise DemonstrationError("object_names: empty; expected at least one object.")
-    if len(set(d.object_names)) < count or HAND in d.object_names:
+    if len(set(d.object_names)) < count or {HAND, TABLE} & set(d.object_names):
         raise DemonstrationError(
-            f"object_names: {', '.join(d.object_names)}; expected distinct names, none of them 'hand'."
+            f"object_names: {', '.join(d.object_names)}; expected distinct names, none of them 'hand' or "
+            "'table'."
         )
     expected = {"hand": (frames, 7), "objects": (frames, count, 7), "object_sizes": (count, 3)}
     for field, shape in expected.items():
@@ -121,13 +149,17 @@ def _check_times(t: Array) -> None:
 
 
 def _check_poses(name: str, poses: Array) -> None:
+    missing = np.isnan(poses).all(axis=1)
     finite = np.isfinite(poses).all(axis=1)
-    if not finite.all():
+    if not (finite | missing).all():
+        bad = ~(finite | missing)
         raise DemonstrationError(
-            f"{name}: NaN or infinite at frame {int(np.argmin(finite))}, {int((~finite).sum())} frames in "
-            "all; expected x y z qx qy qz qw. Interpolate or remove those frames."
+            f"{name}: NaN or infinite at frame {int(np.argmax(bad))}, {int(bad.sum())} frames in all; "
+            "expected x y z qx qy qz qw, or seven NaN where it was not seen."
         )
-    norms = np.linalg.norm(poses[:, 3:], axis=1)
+    if finite.sum() < 2:
+        raise DemonstrationError(f"{name}: seen in {int(finite.sum())} frames; expected at least 2.")
+    norms = np.where(missing, 1, np.linalg.norm(poses[:, 3:], axis=1))
     off = np.abs(norms - 1) > 1e-3
     if off.any():
         k = int(np.argmax(off))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,3 +47,41 @@ class RgbdFrame:
     def __post_init__(self) -> None:
         object.__setattr__(self, "colour", read_only(self.colour, np.uint8))
         object.__setattr__(self, "depth", read_only(self.depth, np.float32))
+
+
+class RgbdSource(Protocol):
+    """Registered pictures of one camera, from a file, a folder or a simulator.
+
+    Attributes:
+        intrinsics: of every frame; colour and depth are registered to it.
+        count: how many frames there are, as far as is known before they are read.
+    """
+
+    @property
+    def intrinsics(self) -> Intrinsics: ...
+
+    @property
+    def count(self) -> int: ...
+
+    def frames(self) -> Iterator[RgbdFrame]:
+        """Every frame in order, read as it is asked for; t in seconds from the first."""
+
+
+@dataclass(frozen=True)
+class PointCloud:
+    """What a depth camera saw at one moment.
+
+    Attributes:
+        points: (N, 3) metres in the camera's frame: x right, y down, z forward; NaN where there is no reading.
+        colour: (N, 3) uint8, red green blue; None where the file has none.
+        shape: (H, W) where the points are a picture's pixels, row by row; None where they are in no order.
+    """
+
+    points: Array
+    colour: NDArray[np.uint8] | None = None
+    shape: tuple[int, int] | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", read_only(self.points))
+        if self.colour is not None:
+            object.__setattr__(self, "colour", read_only(self.colour, np.uint8))
