@@ -72,7 +72,7 @@ class PointCloud:
     """What a depth camera saw at one moment.
 
     Attributes:
-        points: (N, 3) metres in the camera's frame: x right, y down, z forward; NaN where there is no reading.
+        points: (N, 3) metres in the camera's frame (x right, y down, z forward); NaN where nothing was read.
         colour: (N, 3) uint8, red green blue; None where the file has none.
         shape: (H, W) where the points are a picture's pixels, row by row; None where they are in no order.
     """
