@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imitate.demonstration import Demonstration, in_table_frame, table_height
+from imitate.demonstration import TABLE, Demonstration, in_table_frame, interpolated, table_height
 from imitate.errors import DemonstrationError
-from imitate.geometry import from_yaw
+from imitate.geometry import IDENTITY, from_yaw
 
 
 @pytest.fixture
@@ -51,6 +51,8 @@ def spoiled(values: np.ndarray, index: tuple, value: float) -> np.ndarray:
         (lambda d: {"objects": d.objects[:, :1]}, r"objects: shape \(3, 1, 7\); expected \(3, 2, 7\)"),
         (lambda _: {"object_names": ("blue", "blue")}, "blue, blue; expected distinct names"),
         (lambda _: {"object_names": ("blue", "hand")}, "none of them 'hand'"),
+        (lambda _: {"object_names": ("blue", "table")}, "none of them 'hand' or 'table'"),
+        (lambda d: {"hand": spoiled(d.hand, (slice(1, 3),), np.nan)}, "hand: seen in 1 frames; expected at"),
         (lambda _: {"object_names": ()}, "object_names: empty; expected at least one object"),
         (lambda d: {"object_sizes": d.object_sizes * -1}, "object_sizes: not positive"),
     ],
@@ -79,6 +81,24 @@ def test_without_any_size_there_is_no_table(demonstration):
     unknown = replace(demonstration, object_sizes=np.full((2, 3), np.nan))
     with pytest.raises(DemonstrationError, match="no object's size is known"):
         table_height(unknown)
+
+
+def test_a_pose_not_seen_is_missing_until_it_is_interpolated(demonstration):
+    gap = replace(demonstration, objects=spoiled(demonstration.objects, (1, 0), np.nan))
+    assert gap.seen("blue").tolist() == [True, False, True]
+    assert gap.seen("green").all()
+    filled = interpolated(gap)
+    np.testing.assert_allclose(filled.objects, demonstration.objects)
+    assert interpolated(demonstration) is demonstration
+
+
+def test_an_object_first_seen_later_still_stands_on_the_table(demonstration):
+    late = replace(demonstration, objects=spoiled(demonstration.objects, (0, 0), np.nan))
+    assert table_height(late) == pytest.approx(0.5)
+
+
+def test_the_table_is_a_body_that_stays(demonstration):
+    np.testing.assert_array_equal(demonstration.pose_of(TABLE), [IDENTITY] * 3)
 
 
 def test_nothing_can_be_changed(demonstration):

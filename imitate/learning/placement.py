@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from imitate.demonstration import Demonstration
-from imitate.geometry import Array, angle_between, relative, resample
+from imitate.demonstration import HAND, TABLE, Demonstration
+from imitate.geometry import IDENTITY, Array, angle_between, relative, resample
 from imitate.record import TrialRecord
 from imitate.settings import Learning
 from imitate.skill import Segment
@@ -20,14 +20,13 @@ class Placement:
 
     Attributes:
         index, name: the object.
-        reference_index, reference: the object in whose frame it was last carried.
+        reference: in whose frame it was last carried: an object, or the table.
         position: (3,) m, shown there.
         left: whether the hand has left it by then.
     """
 
     index: int
     name: str
-    reference_index: int
     reference: str
     position: Array
     left: bool
@@ -45,15 +44,27 @@ def placements(demonstration: Demonstration, segments: Sequence[Segment]) -> tup
         at, pose = resample(t, pair, [segments[-1].end])[0]
         position = relative(at, pose)[:3]
         left = i < len(segments) - 1
-        found.append(Placement(names.index(name), name, names.index(reference), reference, position, left))
+        found.append(Placement(names.index(name), name, reference, position, left))
     return tuple(found)
 
 
-def misplaced(record: TrialRecord, wanted: Sequence[Placement], settings: Learning) -> str:
+def trajectory_of(record: TrialRecord, object_names: Sequence[str], body: str) -> Array:
+    """World poses (N, 7) in a trial of the hand, an object, or the table, which stays where it is."""
+    if body == TABLE:
+        return np.tile(IDENTITY, (record.steps, 1))
+    if body == HAND:
+        return record.hand_poses
+    return np.asarray(record.object_poses[:, object_names.index(body)])
+
+
+def misplaced(
+    record: TrialRecord, object_names: Sequence[str], wanted: Sequence[Placement], settings: Learning
+) -> str:
     """What is not where it was shown at a trial's end, in words; empty when everything is."""
     reasons = []
     for place in wanted:
-        now = relative(record.object_poses[-1, place.reference_index], record.object_poses[-1, place.index])
+        reference = trajectory_of(record, object_names, place.reference)[-1]
+        now = relative(reference, record.object_poses[-1, place.index])
         off = float(np.linalg.norm(now[:3] - place.position))
         if off > settings.near:
             reasons.append(

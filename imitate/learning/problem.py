@@ -9,7 +9,7 @@ import numpy as np
 from imitate.demonstration import HAND, Demonstration
 from imitate.errors import ImitateError
 from imitate.geometry import Array, align_signs, angle_between, relative, resample
-from imitate.learning.placement import Placement, misplaced, placements, resting
+from imitate.learning.placement import Placement, misplaced, placements, resting, trajectory_of
 from imitate.policy.dmp import imitate, response
 from imitate.record import TrialRecord
 from imitate.settings import Learning, Settings
@@ -95,16 +95,11 @@ def check_durations(segments: tuple[Segment, ...], settings: Settings) -> None:
             )
 
 
-def _trajectory(problem: Problem, record: TrialRecord, body: str) -> Array:
-    if body == HAND:
-        return record.hand_poses
-    return np.asarray(record.object_poses[:, problem.object_names.index(body)])
-
-
 def _ends(problem: Problem, record: TrialRecord, body: str) -> Array:
     # Pose of a body in the reference's frame at a trial's end.
     reference = problem.formulation.abstraction.reference
-    return relative(_trajectory(problem, record, reference)[-1], _trajectory(problem, record, body)[-1])
+    names = problem.object_names
+    return relative(trajectory_of(record, names, reference)[-1], trajectory_of(record, names, body)[-1])
 
 
 def cost_of(problem: Problem, record: TrialRecord, unreachable: bool, settings: Learning) -> CostTerms:
@@ -156,7 +151,7 @@ def failure_of(
     ]
     if closed := record.commands[-1, -1] > 0 and problem.lets_go:
         reasons.append(f"the gripper still holds {' and '.join(closed)}, which the hand is shown to leave")
-    if undone := misplaced(record, problem.placed, settings):
+    if undone := misplaced(record, problem.object_names, problem.placed, settings):
         reasons.append(undone)
     return "; ".join(reasons)
 
@@ -170,6 +165,6 @@ def _misses(problem: Problem, record: TrialRecord, body: str, shown: Array, sett
         return (
             f"{body} ends {off * 1e3:.0f} mm and {angle:.0f}° from where it was shown relative to {reference}"
         )
-    if not resting(_trajectory(problem, record, body), record.time_step, settings):
+    if not resting(trajectory_of(record, problem.object_names, body), record.time_step, settings):
         return f"{body} is still moving"
     return ""

@@ -49,7 +49,7 @@ class _Judge:
 
     def event(self, number: int, outcome: Outcome) -> TrialFinished:
         problem, record = self.last.problem, outcome.record
-        failure = outcome.unreachable or misplaced(record, self.wanted, self.settings)
+        failure = outcome.unreachable or misplaced(record, problem.object_names, self.wanted, self.settings)
         return TrialFinished(
             segment=problem.formulation.segment,
             formulation=problem.formulation.index,

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from imitate import events
+from imitate.demonstration import interpolated
 from imitate.errors import FileError
 from imitate.events import Event
 from imitate.formats.session_log import read_session
@@ -50,10 +51,11 @@ def reproduce_session(path: Path, count: int, seed: int, workers: int) -> Iterat
             f"Learn again with another seed: imitate learn {started.source} --seed {started.seed + 1}",
         )
     settings = settings_from_toml(started.settings)
+    demonstration = interpolated(started.demonstration)
     options = tuple(
-        Option(formulate(started.demonstration, segments, formulation, settings), policy)
+        Option(formulate(demonstration, segments, formulation, settings), policy)
         for formulation, policy in learned.values()
     )
     with Trials(process_pool(workers), started.scene, settings) as trials:
         seeds = np.random.SeedSequence(seed)
-        yield from reproduce(started.demonstration, segments, options, trials, seeds, count)
+        yield from reproduce(demonstration, segments, options, trials, seeds, count)

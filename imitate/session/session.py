@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from imitate import events
-from imitate.demonstration import Demonstration, in_table_frame
+from imitate.demonstration import TABLE, Demonstration, in_table_frame, interpolated
 from imitate.errors import DemonstrationError, SceneError
 from imitate.events import Event
 from imitate.formats.session_log import SessionWriter
@@ -96,7 +96,7 @@ def _opening(request: Request, source: Source) -> Iterator[Event]:
     # which opens the files.
     settings = request.settings
     demonstration = in_table_frame(source.demonstration)
-    scene = scene_of(demonstration, settings.world)
+    scene = scene_of(interpolated(demonstration), settings.world)
     found = segment(demonstration, settings.segmentation)
     reviewed = [
         apply_decisions(found, request.decisions[: count + 1], demonstration, settings.segmentation)
@@ -105,7 +105,8 @@ def _opening(request: Request, source: Source) -> Iterator[Event]:
     segments = reviewed[-1] if reviewed else found
     check_durations(segments, settings)
     check_within_reach(
-        scene, [n for s in segments for n in (*s.abstraction.carried, s.abstraction.reference)]
+        scene,
+        [n for s in segments for n in (*s.abstraction.carried, s.abstraction.reference) if n != TABLE],
     )
     yield events.SessionStarted(
         source.name, source.hash, request.seed, to_toml(settings), versions(), demonstration, scene
@@ -124,7 +125,7 @@ def _course(request: Request, source: Source, stack: ExitStack) -> Iterator[Even
     started, segmented = opening[0], opening[-1]
     assert isinstance(started, events.SessionStarted)
     assert isinstance(segmented, events.Segmented | events.Decided)
-    demonstration, scene, segments = started.demonstration, started.scene, segmented.segments
+    demonstration, scene, segments = interpolated(started.demonstration), started.scene, segmented.segments
     trials = stack.enter_context(Trials(process_pool(request.workers), scene, request.settings))
     search = yield from learn_options(demonstration, segments, trials, shown_start(scene), request.seed)
     yield from _reproduction(request, demonstration, segments, search, trials)

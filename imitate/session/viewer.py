@@ -117,7 +117,8 @@ class Viewer:
         for k, name in enumerate(demonstration.object_names):
             bodies[_object(name)] = demonstration.objects[:, k]
         for name, poses in bodies.items():
-            _send_poses(self._recording, f"demonstration/{name}", _clock(times), poses)
+            seen = ~np.isnan(poses[:, 0])
+            _send_poses(self._recording, f"demonstration/{name}", _clock(times[seen]), poses[seen])
         self._time = float(times[-1])
         self._say(self._recording, f"{event.source}, seed {event.seed}", "INFO")
 

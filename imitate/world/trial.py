@@ -12,7 +12,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from imitate.geometry import Array, align_signs, compose, normalised, relative
+from imitate.demonstration import TABLE
+from imitate.geometry import IDENTITY, Array, align_signs, compose, normalised, relative
 from imitate.policy.dmp import response, rollout
 from imitate.record import Start, TrialRecord
 from imitate.settings import Settings
@@ -80,8 +81,7 @@ class Simulator:
         # Commands (C, A + 1) of a policy from where the world is now, cut at the first pose out of reach.
         s, world = self.settings, self.world
         ticks = max(2, round(policy.duration * s.world.control_rate))
-        k = world.spec.object_names.index(policy.reference)
-        reference = np.array(sum(world.client.getBasePositionAndOrientation(world.handles.objects[k]), ()))
+        reference = self._pose_of(policy.reference)
         hand = compose(reference, self.movement(policy, relative(reference, self.hand_pose()), ticks))
         solution = self.arm.solve(world.spec.base, hand, last[:-1])
         hold = round(s.world.settle_time * s.world.control_rate)
@@ -94,6 +94,13 @@ class Simulator:
         x, y, z = hand[first, :3]
         at = first / s.world.control_rate
         return plan[: max(first, 1)], f"out of reach {at:.2f} s into the skill: ({x:.3f}, {y:.3f}, {z:.3f}) m"
+
+    def _pose_of(self, reference: str) -> Array:
+        # World pose (7,) of an object or the table, now.
+        if reference == TABLE:
+            return IDENTITY
+        body = self.world.handles.objects[self.world.spec.object_names.index(reference)]
+        return np.array(sum(self.world.client.getBasePositionAndOrientation(body), ()))
 
     def movement(self, policy: Policy, start: Array, ticks: int) -> Array:
         """Poses (ticks, 7) of the hand in the reference's frame from its pose ``start`` (7,) there."""

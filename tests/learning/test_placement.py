@@ -10,6 +10,7 @@ from imitate.learning.placement import misplaced, placements
 from imitate.settings import Settings
 
 LEARNING = Settings().learning
+NAMES = ("cubeA", "cubeB")
 
 
 def test_each_carried_object_has_its_place_relative_to_its_reference(stacking):
@@ -26,18 +27,30 @@ def test_an_object_still_carried_at_the_end_may_be_held(stacking):
     assert not place.left
 
 
+def test_an_object_carried_over_the_table_has_its_place_there(stacking):
+    demonstration, (carry, retreat) = stacking
+    lifted = replace(carry, abstraction=replace(carry.abstraction, reference="table"))
+    wanted = placements(demonstration, (lifted, retreat))
+    assert np.allclose(wanted[0].position, demonstration.objects[-1, 0, :3], atol=1e-3)
+    record = still(demonstration)
+    assert misplaced(record, NAMES, wanted, LEARNING) == ""
+    assert misplaced(moved(record, 1, [0.1, 0, 0]), NAMES, wanted, LEARNING) == ""
+    away = misplaced(moved(record, 0, [0, 0.03, 0]), NAMES, wanted, LEARNING)
+    assert away == "cubeA ends 30 mm from its place relative to table"
+
+
 def test_misplaced_says_what_is_wrong(stacking):
     demonstration, segments = stacking
     wanted = placements(demonstration, segments)
     record = still(demonstration)
-    assert misplaced(record, wanted, LEARNING) == ""
+    assert misplaced(record, NAMES, wanted, LEARNING) == ""
     away = moved(record, 0, [0.05, 0, 0])
-    assert misplaced(away, wanted, LEARNING) == "cubeA ends 50 mm from its place relative to cubeB"
+    assert misplaced(away, NAMES, wanted, LEARNING) == "cubeA ends 50 mm from its place relative to cubeB"
     touched = replace(record, contact_forces=np.ones_like(record.contact_forces))
-    assert misplaced(touched, wanted, LEARNING) == "the gripper still touches cubeA"
+    assert misplaced(touched, NAMES, wanted, LEARNING) == "the gripper still touches cubeA"
 
 
 def test_moving_both_objects_together_keeps_the_place(stacking):
     demonstration, segments = stacking
     both = moved(moved(still(demonstration), 0, [0.2, 0.1, 0]), 1, [0.2, 0.1, 0])
-    assert misplaced(both, placements(demonstration, segments), LEARNING) == ""
+    assert misplaced(both, NAMES, placements(demonstration, segments), LEARNING) == ""
