@@ -44,13 +44,17 @@ def block_of_cluster(points: Array) -> Block:
     return Block(np.array([*sides, height]), from_yaw([x, y, height / 2], yaw))
 
 
-def fit_block(first: Block, pixels: Pixels, own: Mask, noise: float, generator: np.random.Generator) -> Block:
+def fit_block(
+    first: Block, pixels: Pixels, own: Mask, noise: float, generator: np.random.Generator
+) -> tuple[Block, Array]:
     """The block near ``first``, standing on the table, that agrees best with what was seen.
+
+    Also the (3,) standard deviation of its size, metres: the particles' spread.
 
     Args:
         first: from `block_of_cluster`.
         pixels: of a view without motion, around the block.
-        own: (M,) which of them have the block's colour.
+        own: (M,) which of them show the block.
         noise: standard deviation of their depth, metres.
         generator: of the search.
     """
@@ -68,4 +72,4 @@ def fit_block(first: Block, pixels: Pixels, own: Mask, noise: float, generator: 
     guesses = _FIRST_GUESS * generator.standard_normal((PARTICLES, 6))
     best = anneal(guesses, score, LAYERS, generator)
     poses, sizes = block(best.mean[None])
-    return Block(sizes[0], poses[0])
+    return Block(sizes[0], poses[0]), best.deviation[3:]

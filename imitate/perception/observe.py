@@ -107,7 +107,7 @@ def find_blocks(
         own = is_hue(around.hue, hue)
         counts[hue] += 1
         name = hue if counts[hue] == 1 else f"{hue}{counts[hue]}"
-        found[name] = fit_block(rough, around, own, settings.depth_noise / 2, generator)
+        found[name], _ = fit_block(rough, around, own, settings.depth_noise / 2, generator)
     return dict(sorted(found.items()))
 
 
