@@ -26,7 +26,7 @@ def observe(
 ) -> None:
     """Follow hand and blocks through a recording.
 
-    Exit code 3 says that something was out of sight for a while; its poses there are interpolated.
+    Exit code 3 says that something was out of sight for a while; its poses there are missing.
     """
     from imitate.formats.demonstrations import write_demonstration
     from imitate.formats.output import refuse_existing
@@ -44,10 +44,9 @@ def observe(
     if output is not None:
         write_demonstration(seen.demonstration, output, force)
     _report(seen, as_json)
-    for name, frames in seen.lost.items():
-        console.narrate(
-            f"{name}: out of sight in {frames} of {len(seen.demonstration.t)} frames, interpolated"
-        )
+    for name, frames in seen.lost_frames.items():
+        spans = ", ".join(f"{start:.1f}–{end:.1f}" for start, end in seen.lost[name])
+        console.narrate(f"{name}: not seen in {frames} of {len(seen.demonstration.t)} frames, at {spans} s")
     if seen.lost:
         raise typer.Exit(console.Exit.LOSSY)
 

@@ -48,7 +48,7 @@ def segment(
             lambda done, total: bar.update(task, completed=done, total=total, visible=True),
         )
     for name, frames in source.lost.items():
-        console.narrate(f"{name}: out of sight in {frames} frames, interpolated")
+        console.narrate(f"{name}: out of sight in {frames} frames; missing there")
     found = cut(source.demonstration, settings.segmentation)
     segments = apply_decisions(found, decided, source.demonstration, settings.segmentation)
     if as_json:

@@ -9,12 +9,9 @@ from numpy.typing import NDArray
 
 from imitate.geometry import Array, conjugate, rotate
 from imitate.perception.colour import hues
-from imitate.perception.shapes import Float, Mask, Pixels
-from imitate.perception.tabletop import PLANE, find_table
+from imitate.perception.first_view import Table
+from imitate.perception.shapes import Float, Pixels
 from imitate.rgbd import Intrinsics, RgbdFrame
-
-ROOM = 0.5
-"""m above the table in which objects and hand are looked for."""
 
 
 @dataclass(frozen=True)
@@ -24,24 +21,16 @@ class Eye:
     Attributes:
         table_from_camera: (7,).
         rays: (H·W, 3) in the table's frame, row by row; times the depth, from the camera to the point seen.
-        low, high: (2,) the table's extent in x and y, metres.
     """
 
     intrinsics: Intrinsics
     table_from_camera: Array
     rays: Float
-    low: Array
-    high: Array
 
     def pixels(self, frame: RgbdFrame) -> Pixels:
         """Every pixel of a frame, row by row."""
         hue = hues(frame.colour).reshape(-1)
         return Pixels(self.table_from_camera[:3], self.rays, frame.depth.reshape(-1), hue)
-
-    def over_table(self, points: Array) -> Mask:
-        """(N,) which points (N, 3) are over the table, at most half a metre high."""
-        inside = np.all((points[:, :2] > self.low) & (points[:, :2] < self.high), axis=1)
-        return np.asarray(inside & (points[:, 2] < ROOM))
 
     def window(self, points: Array, margin: float, most: int) -> NDArray[np.intp]:
         """Indices of the pixels that show the space around points (N, 3), thinned out evenly to ``most``.
@@ -63,20 +52,10 @@ class Eye:
         return np.asarray((rows[:, None] * i.width + columns).reshape(-1))
 
 
-def open_eye(intrinsics: Intrinsics, depth: NDArray[np.float32], seed: int) -> Eye:
-    """The eye of a camera whose picture without motion has this depth (H, W).
-
-    Raises:
-        ImitateError: no table in it.
-    """
-    rays, readings = intrinsics.rays().reshape(-1, 3), depth.reshape(-1, 1).astype(float)
-    points = (rays * readings)[readings[:, 0] > 0]
-    table_from_camera = find_table(points, seed)
-    placed = table_from_camera[:3] + rotate(table_from_camera[3:], points)
-    top = placed[np.abs(placed[:, 2]) < PLANE][:, :2]
-    low, high = np.percentile(top, [0.5, 99.5], axis=0)
-    turned = rotate(table_from_camera[3:], rays).astype(np.float32)
-    return Eye(intrinsics, table_from_camera, turned, low, high)
+def open_eye(intrinsics: Intrinsics, table: Table) -> Eye:
+    """The eye of a camera that saw this table."""
+    turned = rotate(table.table_from_camera[3:], intrinsics.rays().reshape(-1, 3)).astype(np.float32)
+    return Eye(intrinsics, table.table_from_camera, turned)
 
 
 def _span(low: Array, high: Array, size: int) -> tuple[int, int]:

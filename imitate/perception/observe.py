@@ -1,30 +1,33 @@
-"""RGB-D recording → demonstration: the first view is searched, the rest tracked (the paper, Appendix A)."""
+"""RGB-D frames → demonstration: the first view is searched, the rest tracked (the paper, Appendix A)."""
 
 from __future__ import annotations
 
 import warnings
-from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from itertools import chain, islice
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from imitate.demonstration import HAND, Demonstration
 from imitate.errors import ImitateError
 from imitate.formats.recordings import open_recording
-from imitate.geometry import Array, align_signs, inverse, read_only, resample
-from imitate.perception.block import Block, block_of_cluster, fit_block
-from imitate.perception.colour import HUES, dominant_hue, is_hue
-from imitate.perception.eye import Eye, open_eye
-from imitate.perception.shapes import Pixels
-from imitate.perception.tabletop import clusters
+from imitate.geometry import Array, align_signs, inverse, read_only
+from imitate.perception.ahead import ahead
+from imitate.perception.block import Block
+from imitate.perception.eye import open_eye
+from imitate.perception.first_view import FirstView, first_view
 from imitate.perception.tracker import BlockTracker, HandTracker
-from imitate.rgbd import RgbdFrame
+from imitate.rgbd import Intrinsics, RgbdFrame, RgbdSource
 from imitate.settings import Perception, Settings
 
 Progress = Callable[[int, int], None]
+UNSEEN: Array = np.full(7, np.nan)
+
+
+Span = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -32,26 +35,40 @@ class Observation:
     """What was seen.
 
     Attributes:
-        demonstration: in the table's frame: z up, z = 0 on the table, x away from the camera.
-        lost: hand or object → number of frames in which it was not seen; its pose there is interpolated.
+        demonstration: in the table's frame: z up, z = 0 on the table, x away from the camera. Where a body
+            was not seen, its pose is seven NaN.
+        first: table and objects in the first view, and which of its pixels shows which.
+        confidence: (T, 1+K) 0…1, of the hand and each object in each frame; 0 where it was not seen.
+        lost: hand or object → the (first, last) seconds of each stretch of frames in which it was not seen.
         camera_from_table: (7,) the table's frame in the camera's.
     """
 
     demonstration: Demonstration
-    lost: dict[str, int]
+    first: FirstView
+    confidence: Array
+    lost: dict[str, tuple[Span, ...]]
     camera_from_table: Array
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "confidence", read_only(self.confidence))
         object.__setattr__(self, "camera_from_table", read_only(self.camera_from_table))
+
+    @property
+    def lost_frames(self) -> dict[str, int]:
+        """Hand or object → number of frames in which it was not seen, of those that were lost."""
+        return {name: int((~self.demonstration.seen(name)).sum()) for name in self.lost}
 
 
 def observe(
-    path: Path | str, settings: Settings | None = None, seed: int = 0, progress: Progress | None = None
+    recording: Path | str | RgbdSource,
+    settings: Settings | None = None,
+    seed: int = 0,
+    progress: Progress | None = None,
 ) -> Observation:
-    """Watch a recording: find table, blocks and hand, and follow them.
+    """Watch a recording: find table, blocks and hand, and follow them. Of the frames only poses are kept.
 
     Args:
-        path: the recording.
+        recording: its path, or the frames themselves.
         settings: ``settings.perception`` counts; default settings otherwise.
         seed: of every random draw.
         progress: called after each frame with (frames done, frames in all).
@@ -61,54 +78,38 @@ def observe(
         ImitateError: no table, no block, no hand, or fewer than two frames.
     """
     chosen = (settings or Settings()).perception
-    recording = open_recording(path)
+    source: RgbdSource = open_recording(recording) if isinstance(recording, str | Path) else recording
+    name = f"{recording}" if isinstance(recording, str | Path) else "recording"
     generator = np.random.default_rng(seed)
-    frames = recording.frames()
-    first = list(islice(frames, chosen.still_frames))
-    if len(first) < 2:
-        raise ImitateError(f"{path}: {len(first)} frame(s); a demonstration needs at least 2.")
-    still = _still(first)
-    eye = open_eye(recording.intrinsics, still.depth, seed)
-    blocks = find_blocks(eye.pixels(still), eye, chosen, generator)
+    frames = ahead(source.frames())
+    still = list(islice(frames, chosen.still_frames))
+    if len(still) < 2:
+        raise ImitateError(f"{name}: {len(still)} frame(s); a demonstration needs at least 2.")
+    first = _look(_still(still), source.intrinsics, chosen, seed)
+    eye = open_eye(source.intrinsics, first.table)
+    blocks = {thing.name: thing.block for thing in first.objects if thing.has_hue}
     if not blocks:
         raise ImitateError(
-            f"{path}: no block on the table in the first {len(first)} frames. Blocks are coloured, at least "
+            f"{name}: no block on the table in the first {len(still)} frames. Blocks are coloured, at least "
             f"1.5 cm high, apart from each other, and not {chosen.left_finger} or {chosen.right_finger}."
         )
     trackers = [BlockTracker(block, name, chosen) for name, block in blocks.items()]
     hand = HandTracker(chosen)
     t, rows = [], []
-    for frame in chain(first, frames):
+    for frame in _replayed(still, frames):
         pixels = eye.pixels(frame)
         poses = [hand.follow(pixels, frame.t, eye, generator)]
         poses += [tracker.follow(pixels, frame.t, eye, generator, trackers) for tracker in trackers]
         t.append(frame.t)
-        rows.append(poses)
+        rows.append([UNSEEN if pose is None else pose for pose in poses])
         if progress:
-            progress(len(t), recording.count)
-    return _observation(path, t, rows, blocks, eye, chosen)
+            progress(len(t), max(source.count, len(t)))
+    return _observation(name, np.array(t), np.array(rows), blocks, first, chosen)
 
 
-def find_blocks(
-    pixels: Pixels, eye: Eye, settings: Perception, generator: np.random.Generator
-) -> dict[str, Block]:
-    """Name → block, from a view without motion; named by hue, numbered when repeated, the largest first."""
-    points = pixels.points()
-    hand = is_hue(pixels.hue, settings.left_finger) | is_hue(pixels.hue, settings.right_finger)
-    found: dict[str, Block] = {}
-    counts: Counter[str] = Counter()
-    for cluster in clusters(points, (pixels.depth > 0) & ~hand & eye.over_table(points)):
-        hue = dominant_hue(pixels.hue[cluster])
-        if hue not in HUES:
-            continue
-        rough = block_of_cluster(points[cluster])
-        window = eye.window(rough.pose[None, :3], float(np.linalg.norm(rough.size)), 4 * settings.pixels)
-        around = pixels.where(window)
-        own = is_hue(around.hue, hue)
-        counts[hue] += 1
-        name = hue if counts[hue] == 1 else f"{hue}{counts[hue]}"
-        found[name], _ = fit_block(rough, around, own, settings.depth_noise / 2, generator)
-    return dict(sorted(found.items()))
+def _look(still: RgbdFrame, intrinsics: Intrinsics, settings: Perception, seed: int) -> FirstView:
+    points = (intrinsics.rays() * np.where(still.depth > 0, still.depth, np.nan)[..., None]).reshape(-1, 3)
+    return first_view(points, still.colour.reshape(-1, 3), settings, seed, still.depth.shape)
 
 
 def _still(frames: list[RgbdFrame]) -> RgbdFrame:
@@ -122,33 +123,38 @@ def _still(frames: list[RgbdFrame]) -> RgbdFrame:
     return RgbdFrame(frames[0].t, colour.astype(np.uint8), median.astype(np.float32))
 
 
+def _replayed(first: list[RgbdFrame], rest: Iterator[RgbdFrame]) -> Iterator[RgbdFrame]:
+    """The first frames, forgotten as they are given, then the rest."""
+    while first:
+        yield first.pop(0)
+    yield from rest
+
+
 def _observation(
-    path: Path | str,
-    t: list[float],
-    rows: list[list[Array | None]],
-    blocks: dict[str, Block],
-    eye: Eye,
-    settings: Perception,
+    name: str, t: Array, poses: Array, blocks: dict[str, Block], first: FirstView, settings: Perception
 ) -> Observation:
-    times = np.array(t)
-    lost: dict[str, int] = {}
-    tracks = []
-    for k, name in enumerate((HAND, *blocks)):
-        seen = np.array([poses[k] is not None for poses in rows])
-        if not seen.any():
-            raise ImitateError(
-                f"{path}: no hand. Wear a {settings.left_finger} finger on the left and a "
-                f"{settings.right_finger} one on the right, or name their hues in the settings."
-            )
-        found = np.array([pose for poses in rows if (pose := poses[k]) is not None])
-        tracks.append(align_signs(resample(times[seen], found, times)))
-        if not seen.all():
-            lost[name] = int((~seen).sum())
+    seen = ~np.isnan(poses[..., 0])
+    if not seen[:, 0].any():
+        raise ImitateError(
+            f"{name}: no hand. Wear a {settings.left_finger} finger on the left and a "
+            f"{settings.right_finger} one on the right, or name their hues in the settings."
+        )
+    for k in range(poses.shape[1]):
+        poses[seen[:, k], k] = align_signs(poses[seen[:, k], k])
     demonstration = Demonstration(
-        t=times,
-        hand=tracks[0],
-        objects=np.stack(tracks[1:], axis=1),
+        t=t,
+        hand=poses[:, 0],
+        objects=poses[:, 1:],
         object_names=tuple(blocks),
         object_sizes=np.array([block.size for block in blocks.values()]),
     )
-    return Observation(demonstration, lost, inverse(eye.table_from_camera))
+    lost = {body: _spans(t, ~seen[:, k]) for k, body in enumerate((HAND, *blocks)) if not seen[:, k].all()}
+    camera_from_table = inverse(first.table.table_from_camera)
+    return Observation(demonstration, first, seen.astype(float), lost, camera_from_table)
+
+
+def _spans(t: Array, missing: NDArray[np.bool_]) -> tuple[Span, ...]:
+    """First and last times of each run of missing frames."""
+    edges = np.diff(np.concatenate([[False], missing, [False]]).astype(int))
+    starts, ends = np.flatnonzero(edges > 0), np.flatnonzero(edges < 0) - 1
+    return tuple((float(t[a]), float(t[b])) for a, b in zip(starts, ends, strict=True))

@@ -24,7 +24,7 @@ class Source:
         name: of the file.
         hash: SHA-256 of the file, hexadecimal.
         demonstration: as read or as observed.
-        lost: hand or object → frames in which tracking lost it.
+        lost: hand or object → frames in which it was not seen.
     """
 
     name: str
@@ -50,7 +50,7 @@ def read_source(path: Path, settings: Settings, seed: int, watching: Watching | 
     from imitate.perception.observe import observe  # Open3D takes seconds, and trajectories need none of it
 
     seen = observe(path, settings, seed, watching)
-    return Source(path.name, digest, seen.demonstration, dict(seen.lost))
+    return Source(path.name, digest, seen.demonstration, seen.lost_frames)
 
 
 def _hash(path: Path) -> str:

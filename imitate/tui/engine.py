@@ -152,7 +152,7 @@ def _observe(task: Task, emit: Callable[[Any], None], should_stop: Stop) -> None
         emit(done / of)
 
     found = observe_recording(task.source, task.settings, task.seed, progress)
-    emit(Seen(in_table_frame(found.demonstration), dict(found.lost)))
+    emit(Seen(in_table_frame(found.demonstration), found.lost_frames))
 
 
 def _learn(task: Task, emit: Callable[[Any], None], should_stop: Stop) -> None:

@@ -102,7 +102,7 @@ def _rewritten(filmed, path, change):
     return path
 
 
-def test_hidden_objects_are_counted_and_interpolated(filmed, tmp_path):
+def test_hidden_objects_are_lost_not_made_up(filmed, tmp_path):
     def hide(k, frame):
         colour, depth = np.array(frame.colour), np.array(frame.depth)
         if k in (10, 11):  # a grey board before the lens
@@ -110,9 +110,14 @@ def test_hidden_objects_are_counted_and_interpolated(filmed, tmp_path):
         return RgbdFrame(frame.t, colour, depth)
 
     seen = observe(_rewritten(filmed, tmp_path / "hidden.mcap", hide))
-    assert seen.lost == {"hand": 2, "blue": 2, "green": 2}
+    assert seen.lost_frames == {"hand": 2, "blue": 2, "green": 2}
+    t = seen.demonstration.t
+    for k, name in enumerate(("hand", "blue", "green")):
+        assert seen.lost[name] == ((t[10], t[11]),)
+        assert list(np.flatnonzero(~seen.demonstration.seen(name))) == [10, 11]
+        assert list(np.flatnonzero(seen.confidence[:, k] == 0)) == [10, 11]
     green = seen.demonstration.pose_of("green")
-    np.testing.assert_allclose(green[10, :3], green[9, :3], atol=0.003)
+    np.testing.assert_allclose(green[12, :3], green[9, :3], atol=0.003)
 
 
 def test_no_table_no_block_no_hand_are_said(filmed, tmp_path):
