@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import numpy as np
 import scripted
 from textual.pilot import Pilot
 
@@ -30,8 +31,10 @@ class Script:
         hold: whether learning waits at the story's end until it is stopped, as a long session does; observing
             waits likewise, unless it is ``watched``.
         ending: raised at the end of the story.
+        unseen: raised when a recording is first observed.
         stopped: whether learning ended because it was asked to.
         tasks: what learning was asked for.
+        watches: what observing was asked for.
     """
 
     story: Iterable[Event] = ()
@@ -39,7 +42,9 @@ class Script:
     watched: bool = False
     stopped: bool = False
     ending: Exception | None = None
+    unseen: Exception | None = None
     tasks: list[Task] = field(default_factory=list)
+    watches: list[Task] = field(default_factory=list)
 
     def learn(self, task: Task, should_stop: Callable[[], bool]) -> Iterator[Event]:
         self.tasks.append(task)
@@ -51,13 +56,24 @@ class Script:
             waiting.wait(0.01)
         self.stopped = should_stop()
 
-    def observe(self, _task: Task, should_stop: Callable[[], bool]) -> Iterator[float | Seen]:
+    def observe(self, task: Task, should_stop: Callable[[], bool]) -> Iterator[float | Seen]:
+        self.watches.append(task)
+        if self.unseen and len(self.watches) == 1:
+            raise self.unseen
         yield 0.4
         waiting = threading.Event()
         while self.hold and not self.watched and not should_stop():
             waiting.wait(0.01)
         if not should_stop():
             yield Seen(scripted.demonstration(), {"hand": 2, "blue": 0, "green": 0})
+
+
+def first_picture(_path: Path) -> np.ndarray:
+    """A grey table with a bright spot in a corner, 64 × 48."""
+    image = np.full((48, 64, 3), 90, np.uint8)
+    image[:24] = np.linspace(40, 200, 64)[:, None].astype(np.uint8)
+    image[30:40, 8:16], image[30:40, 40:48] = (220, 30, 20), (230, 210, 30)
+    return image
 
 
 async def until(pilot: Pilot[None], holds: Callable[[], bool], seconds: float = 20) -> None:
@@ -135,6 +151,7 @@ def scripted_app(
         cut=lambda _demonstration, _settings: scripted.segments(),
         decide=decide,
         recorded=lambda _path: scripted.session(),
+        first_picture=first_picture,
         observe=script.observe,
         learn=script.learn,
     )

@@ -88,7 +88,7 @@ class ImitateApp(App[None]):
         if step == "observe":
             from imitate.tui.observe import ObserveScreen
 
-            return ObserveScreen(self.state)
+            return ObserveScreen(self.state, self.engine)
         if step == "review":
             from imitate.tui.review import ReviewScreen
 
@@ -189,6 +189,13 @@ class ImitateApp(App[None]):
         except Exception as error:
             self.post_message(intents.Failed("observe", in_words(error)))
 
+    @on(intents.Wear)
+    def _wear(self, message: intents.Wear) -> None:
+        if self.state.source is not None:
+            self.state.wear(message.left, message.right)
+            self._changed = True
+            self._observe(self.state.source)
+
     @on(intents.Tracked)
     def _tracked(self, message: intents.Tracked) -> None:
         self.state.observed = message.share
@@ -269,9 +276,11 @@ class ImitateApp(App[None]):
 
     @on(intents.Failed)
     def _failed(self, message: intents.Failed) -> None:
-        self.notice(message.error)
         if message.work == "observe":
-            self.show("load")
+            self.state.unseen = message.error
+            self._changed = True
+        else:
+            self.notice(message.error)
 
     def action_help(self) -> None:
         """Help on this step and the focused widget, with the keys that do something now."""

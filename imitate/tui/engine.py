@@ -17,7 +17,12 @@ from imitate.skill import Decision, Segment
 from imitate.tui.words import demonstration_facts, session_facts
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from imitate.formats.kind import Kind
+
+    Image = NDArray[np.uint8]
 
 Stop = Callable[[], bool]
 
@@ -86,6 +91,13 @@ def read(path: Path) -> Demonstration:
     return in_table_frame(read_demonstration(path))
 
 
+def first_picture(path: Path) -> Image:
+    """The first picture (H, W, 3) of a recording, red green blue."""
+    from imitate.formats.recordings import open_recording
+
+    return next(open_recording(path).frames()).colour
+
+
 def cut(demonstration: Demonstration, settings: Settings) -> tuple[Segment, ...]:
     """Segments as the search finds them."""
     from imitate.segmentation import segment
@@ -133,6 +145,7 @@ class Engine:
     kind_of: Callable[[Path], Kind] = kind_of
     look: Callable[[Path], Preview] = look
     read: Callable[[Path], Demonstration] = read
+    first_picture: Callable[[Path], Image] = first_picture
     cut: Callable[[Demonstration, Settings], tuple[Segment, ...]] = cut
     decide: Callable[
         [tuple[Segment, ...], tuple[Decision, ...], Demonstration, Settings], tuple[Segment, ...]

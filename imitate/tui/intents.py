@@ -75,6 +75,14 @@ class Recording(Message):
 
 
 @dataclass
+class Wear(Message):
+    """Observe the recording anew with these colours of the left and right finger."""
+
+    left: str
+    right: str
+
+
+@dataclass
 class Tracked(Message):
     """Share of the frames that were tracked."""
 

@@ -33,6 +33,7 @@ class State:
         segments: those that result from the operator's ``decisions``.
         observed: share of a recording's frames that were tracked, 0 to 1.
         lost: hand or object → frames in which it was not seen.
+        unseen: why a recording could not be observed; empty while it can.
         running: whether a child process is learning.
         stopping: whether it was asked to stop.
         ended: whether learning ended, by itself or by the operator.
@@ -50,6 +51,7 @@ class State:
     decisions: tuple[Decision, ...] = ()
     observed: float = 0.0
     lost: dict[str, int] = field(default_factory=dict)
+    unseen: str = ""
     running: bool = False
     stopping: bool = False
     ended: bool = False
@@ -90,6 +92,12 @@ class State:
         """Begin anew with another file."""
         fresh = State(self.settings, self.seed, self.workers, source, kind)
         self.__dict__.update(fresh.__dict__)
+
+    def wear(self, left: str, right: str) -> None:
+        """The colours of the fingers were picked; a recording is to be observed with them."""
+        worn = self.settings.perception.model_copy(update={"left_finger": left, "right_finger": right})
+        self.settings = self.settings.model_copy(update={"perception": worn})
+        self.observed, self.unseen = 0.0, ""
 
     def show(self, demonstration: Demonstration, segments: tuple[Segment, ...]) -> None:
         """A demonstration was read or observed, and cut."""

@@ -16,6 +16,7 @@ from textual.widgets import DirectoryTree, Static
 from imitate import events
 from imitate.errors import ImitateError
 from imitate.tui.app import ImitateApp
+from imitate.tui.fingers import FingersScreen
 
 SMALL, LARGE = (80, 24), (120, 40)
 both = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])
@@ -92,6 +93,18 @@ def test_load_says_what_is_wrong_with_a_file(look: Look) -> None:
 def test_observe(look: Look, size: tuple[int, int]) -> None:
     ready = when(lambda app: app.state.observed == 0.4)
     assert look(size, ready, script=Script(hold=True), source="fixtures/stack.mcap")
+
+
+def test_observe_says_why_it_failed(look: Look) -> None:
+    error = ImitateError("stack.mcap: no hand. Wear a red finger on the left and a yellow one on the right.")
+    failed = when(lambda app: bool(app.state.unseen) and at(app, "observe")())
+    assert look(SMALL, failed, source="fixtures/stack.mcap", script=Script(unseen=error))
+
+
+@both
+def test_pointing_at_the_fingers(look: Look, size: tuple[int, int]) -> None:
+    pointing = when(lambda app: isinstance(app.screen, FingersScreen))
+    assert look(size, shown("observe"), "f", pointing, source="fixtures/stack.mcap", script=Script(hold=True))
 
 
 @both
