@@ -131,7 +131,7 @@ def _ascii_columns(
     columns = {}
     for (name, kind, _), start in zip(fields, starts[:-1], strict=True):
         column = rows[:, start]
-        if name in ("rgb", "rgba") and kind == "f4":
+        if name in ("rgb", "rgba"):
             # a packed colour is printed as the whole number it is, or as the float that it pretends to be
             whole = bool(np.all((column == 0) | (column >= 1)))
             column = column.astype("u4" if whole else "f4")

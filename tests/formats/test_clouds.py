@@ -79,7 +79,17 @@ def ply(form):
         (ply("binary_little_endian"), None),
         (ply("binary_big_endian"), None),
     ],
-    ids="ascii ascii-whole ascii-float binary unorganised compressed ply ply-little ply-big".split(),
+    ids=[
+        "ascii",
+        "ascii-whole",
+        "ascii-float",
+        "binary",
+        "unorganised",
+        "compressed",
+        "ply",
+        "ply-little",
+        "ply-big",
+    ],
 )
 def test_the_same_points_from_every_encoding(tmp_path, data, shape):
     path = tmp_path / "cloud"
