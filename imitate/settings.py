@@ -47,32 +47,33 @@ class Perception(_Section):
 
 
 class Segmentation(_Section):
-    """Demonstration → segments (the paper, section 4; ALGORITHMS 2).
-
-    Frames are the demonstration's own in the faithful mode, and resampled at ``rate`` in the robust one.
-    """
+    """Demonstration → segments (the paper, section 4; ALGORITHMS 2)."""
 
     mode: Mode = "robust"
-    expected_length: float = Field(100.0, gt=1)
-    """frames; mean length of a segment, k of the geometric prior (ALGORITHMS 2)."""
+    expected_length: float = Field(10 / 3, gt=0)
+    """s; mean length of a segment, k of the geometric prior: 100 frames of a Kinect (ALGORITHMS 2)."""
     threshold: float = Field(0.03, ge=0)
     """m; d_thresh, how far hand and a relevant object move apart at most; faithful only (ALGORITHMS 2)."""
     rate: float = Field(30.0, gt=0, le=1000)
     """Hz; a Kinect's, to which the robust score resamples (ALGORITHMS 2)."""
-    window: int = Field(10, ge=1)
-    """frames over which displacements are taken (ALGORITHMS 2)."""
+    window: float = Field(1 / 3, gt=0)
+    """s over which displacements are taken: 10 frames of a Kinect (ALGORITHMS 2)."""
     slack: float = Field(0.003, gt=0)
     """m; how far a still or carried object moves by itself, beyond the noise (ALGORITHMS 2)."""
-    clip: float = Field(3.0, gt=0)
-    """nats that one frame may say about an object (ALGORITHMS 2)."""
+    hand_radius: float = Field(0.05, gt=0)
+    """m; half a hand's breadth: turning by an angle counts as moving by that times this."""
+    clip: float = Field(30.0, gt=0)
+    """nats that the displacement over one window may say about an object (ALGORITHMS 2)."""
     object_penalty: float = Field(3.0, ge=0)
     """nats that each relevant object costs (ALGORITHMS 2)."""
     reference_length: float = Field(0.02, gt=0)
     """m; ℓ_ref, distance to the reference that costs one nat (ALGORITHMS 2)."""
-    shortest: int = Field(5, ge=1)
-    """frames that a segment has at least (ALGORITHMS 2)."""
-    neighbour_bonus: float = Field(10.0, ge=0)
-    """nats for a free hand's reference to be what it takes next or else let go last; 20 cm of distance."""
+    reference_limit: float = Field(20.0, gt=0)
+    """nats; C, the cost of a reference however far away it is, and of the table."""
+    shortest: float = Field(1 / 6, ge=0)
+    """s that a segment lasts at least: 5 frames of a Kinect (ALGORITHMS 2)."""
+    nudge: float = Field(0.03, ge=0)
+    """m; what the hand moves less far was touched in passing, not carried."""
     rest_speed: float = Field(0.04, ge=0)
     """m/s below which the hand rests; people slow down to this while their fingers close."""
     rest_limit: float = Field(0.5, ge=0)
@@ -226,7 +227,7 @@ class Settings(_Section):
 
 
 _FAITHFUL: dict[str, dict[str, Any]] = {
-    "segmentation": {"mode": "faithful", "shortest": 1, "neighbour_bonus": 0.0, "rest_limit": 0.0},
+    "segmentation": {"mode": "faithful", "shortest": 0.0, "nudge": 0.0, "rest_limit": 0.0},
     "learning": {
         "imitation_first": False,
         "exploration": "per-kernel",

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from imitate.demonstration import HAND
+from imitate.demonstration import HAND, TABLE
 from imitate.geometry import Array
 from imitate.skill import Abstraction, Candidate
 
@@ -24,11 +24,13 @@ class Evidence:
         relevance: (S, K) for the object to be relevant rather than not.
         free: (S, K) for the object to be the reference of a hand that holds nothing.
         holding: (S, K) the same when something is held; never above ``free``.
+        table: for the table to be the reference, when all objects are held and none is left; −inf: never.
     """
 
     relevance: Array
     free: Array
     holding: Array
+    table: float = -np.inf
 
 
 def log_prior(objects: int) -> float:
@@ -40,7 +42,8 @@ def best_scores(evidence: Evidence) -> Array:
     """log P(segment, q) (S,) under the best abstraction of all, the reference never among the relevant."""
     gain = np.maximum(evidence.relevance, 0)
     held = gain.sum(axis=1, keepdims=True) - gain  # by each reference, without itself
-    best: Array = np.maximum(held + evidence.holding, evidence.free).max(axis=1)
+    objects = np.maximum(held + evidence.holding, evidence.free).max(axis=1)
+    best: Array = np.maximum(objects, evidence.relevance.sum(axis=1) + evidence.table)
     return best
 
 
@@ -48,7 +51,8 @@ def candidates(evidence: Evidence, names: Sequence[str]) -> tuple[Candidate, ...
     """Abstractions of one segment (S = 1), best first.
 
     Relevant sets are the best one of each reference, those that differ from it by one object, the empty set
-    and the single objects: all there are for two objects, and enough to restate a problem for more.
+    and the single objects: all there are for two objects, and enough to restate a problem for more. The table
+    is the reference of all objects together, which leave no other.
     """
     relevance = evidence.relevance[0]
     found = []
@@ -57,6 +61,8 @@ def candidates(evidence: Evidence, names: Sequence[str]) -> tuple[Candidate, ...
             close = evidence.holding if relevant else evidence.free
             score = float(sum(relevance[k] for k in relevant) + close[0, reference])
             found.append(Candidate(Abstraction((HAND, *(names[k] for k in relevant)), name), score))
+    if evidence.table > -np.inf:
+        found.append(Candidate(Abstraction((HAND, *names), TABLE), float(relevance.sum()) + evidence.table))
     return tuple(sorted(found, key=lambda candidate: -candidate.log_likelihood))
 
 

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imitate.demonstration import Demonstration
-from imitate.geometry import Array, resample
-from imitate.segmentation.robust import noise
+from imitate.geometry import Array, compose, relative, resample
+from imitate.segmentation.motion import noise
 from imitate.settings import Segmentation
 
 
@@ -29,30 +29,39 @@ def with_rests(
     Args:
         cuts: (0, …, T) in frames.
         carried: for each segment, the names of what is held in it.
-        demonstration: what was cut.
+        demonstration: what was cut, every pose known.
         times: (T,) seconds since the first frame.
         settings: ``rest_limit`` bounds how far a cut moves at a time.
     """
     t = demonstration.t - demonstration.t[0]
-    most = round(settings.rest_limit * (len(times) - 1) / demonstration.duration)
+    a_second = (len(times) - 1) / times[-1]
+    most, shortest = round(settings.rest_limit * a_second), max(1, round(settings.shortest * a_second))
     if most == 0:
         return tuple(cuts)
-    hand = resample(t, demonstration.hand, times)[:, :3]
+    hand = resample(t, demonstration.hand, times)
     for k in range(1, len(cuts) - 1):
         if carried[k - 1] and not carried[k]:
-            held = [resample(t, demonstration.pose_of(name), times)[:, :3] for name in carried[k - 1]]
-            cuts = let_go(cuts, k, hand, np.stack(held, axis=1), most, settings.shortest)
+            bodies = [resample(t, demonstration.pose_of(name), times) for name in carried[k - 1]]
+            grips = [grip(hand, body, cuts[k - 1], cuts[k]) for body in bodies]
+            cuts = let_go(cuts, k, hand[:, :3], np.stack(grips, axis=1), most, shortest)
     carries = [bool(names) for names in carried]
-    return rests_to_carries(cuts, carries, resting(demonstration, times, settings), most, settings.shortest)
+    return rests_to_carries(cuts, carries, resting(demonstration, times, settings), most, shortest)
+
+
+def grip(hand: Array, body: Array, start: int, end: int) -> Array:
+    """(T, 3) the point of a body (T, 7) where the hand (T, 7) has it from frame ``start`` to ``end``."""
+    held = relative(body[start:end], hand[start:end])[:, :3]
+    where = np.append(np.median(held, axis=0), [0.0, 0, 0, 1])
+    return compose(body, where)[:, :3]
 
 
 def resting(demonstration: Demonstration, times: Array, settings: Segmentation) -> NDArray[np.bool_]:
     """Whether the hand rests at each of ``times`` (seconds since the first frame), noise allowed for."""
     t = demonstration.t - demonstration.t[0]
-    half = settings.window / settings.rate / 2
+    half = settings.window / 2
     before, after = np.clip(times - half, 0, t[-1]), np.clip(times + half, 0, t[-1])
     moved = resample(t, demonstration.hand, after) - resample(t, demonstration.hand, before)
-    sigma = noise(t, demonstration.hand[:, None, :3])[0]
+    sigma = noise(t, demonstration.hand)
     # Noise alone moves a resting hand by more than 4σ in 5 % of the frames.
     allowed = np.hypot(settings.rest_speed * (after - before), 4 * sigma)
     return np.asarray(np.linalg.norm(moved[:, :3], axis=1) <= allowed)

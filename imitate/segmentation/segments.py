@@ -9,12 +9,12 @@ from typing import Protocol
 
 import numpy as np
 
-from imitate.demonstration import Demonstration
-from imitate.errors import DemonstrationError
+from imitate.demonstration import Demonstration, interpolated
 from imitate.geometry import Array
 from imitate.segmentation.abstraction import Evidence, best_scores, candidates, log_prior
 from imitate.segmentation.changepoints import most_probable_cuts
 from imitate.segmentation.faithful import FaithfulScore
+from imitate.segmentation.nudges import Nudge, nudges
 from imitate.segmentation.rests import with_rests
 from imitate.segmentation.robust import RobustScore
 from imitate.settings import Segmentation
@@ -34,21 +34,20 @@ class Score(Protocol):
 
 
 def segment(demonstration: Demonstration, settings: Segmentation) -> tuple[Segment, ...]:
-    """The most probable skills of a demonstration, in order and without gaps.
-
-    Raises:
-        DemonstrationError: the only object there is moves, so that nothing is left as its reference.
-    """
-    _check_reference_left(demonstration)
-    score = score_of(demonstration, settings)
-    frames, prior = len(score.times), log_prior(len(demonstration.object_names))
-    scores = (best_scores(evidence) + prior for evidence in score.ends())
-    cuts, _ = most_probable_cuts(scores, frames, settings.expected_length, settings.shortest)
-    cuts, chosen = _merged(cuts, score, demonstration.object_names, settings)
-    carried = [best.abstraction.carried for best in chosen]
-    cuts = with_rests(cuts, carried, demonstration, score.times, settings)
-    ranked = _ranked(cuts, score, demonstration.object_names, settings)
-    ends = score.times[np.minimum(cuts, frames - 1)]
+    """The most probable skills of a demonstration, in order and without gaps."""
+    whole, names = interpolated(demonstration), demonstration.object_names
+    passing: set[Nudge] = set()
+    while True:
+        score = score_of(demonstration, settings, tuple(passing))
+        cuts, chosen = _most_probable(score, names, settings)
+        carried = [best.abstraction.carried for best in chosen]
+        more = set(nudges(cuts, carried, whole, score.times, settings)) - passing
+        if not more:
+            break
+        passing |= more
+    cuts = with_rests(cuts, carried, whole, score.times, settings)
+    ranked = _ranked(cuts, score, names, settings)
+    ends = score.times[np.minimum(cuts, len(score.times) - 1)]
     return tuple(
         Segment(float(start), float(end), best.abstraction, alternatives)
         for (start, end), best, alternatives in zip(pairwise(ends), chosen, ranked, strict=True)
@@ -73,11 +72,23 @@ def rankings(
     return _ranked(cuts, score, demonstration.object_names, settings)
 
 
-def score_of(demonstration: Demonstration, settings: Segmentation) -> Score:
-    """The segment score of the settings' mode."""
+def score_of(demonstration: Demonstration, settings: Segmentation, passing: Sequence[Nudge] = ()) -> Score:
+    """The segment score of the settings' mode; the robust one believes in no carry in ``passing`` nudges."""
     if settings.mode == "faithful":
-        return FaithfulScore(demonstration, settings.threshold)
-    return RobustScore(demonstration, settings)
+        return FaithfulScore(interpolated(demonstration), settings.threshold)
+    return RobustScore(demonstration, settings, passing)
+
+
+def _most_probable(
+    score: Score, names: Sequence[str], settings: Segmentation
+) -> tuple[tuple[int, ...], list[Candidate]]:
+    """Cuts in frames, and the best candidate between each two of them."""
+    frames, prior = len(score.times), log_prior(len(names))
+    a_second = (frames - 1) / score.times[-1]
+    expected, shortest = settings.expected_length * a_second, round(settings.shortest * a_second)
+    scores = (best_scores(evidence) + prior for evidence in score.ends())
+    cuts, _ = most_probable_cuts(scores, frames, max(expected, 1.01), max(shortest, 1))
+    return _merged(cuts, score, names, settings)
 
 
 def _merged(
@@ -97,13 +108,15 @@ def _ranked(
 ) -> list[tuple[Candidate, ...]]:
     """Candidates of each segment, best first.
 
-    A free hand most probably goes to what it holds next, and at the end comes from what it held last: those
-    references gain ``neighbour_bonus`` nats.
+    In the robust mode a free hand goes to what it holds next, or else comes from what it held last, even if
+    other objects are nearer: those references gain all that nearness can cost.
     """
     ranked = [candidates(score.between(a, b), names) for a, b in pairwise(cuts)]
+    if settings.mode != "robust":
+        return ranked
     held = [(), *(ranking[0].abstraction.carried for ranking in ranked), ()]
     return [
-        _favour(ranking, after or before, settings.neighbour_bonus) if not now else ranking
+        _favour(ranking, after or before, settings.reference_limit) if not now else ranking
         for ranking, before, now, after in zip(ranked, held, held[1:], held[2:], strict=False)
     ]
 
@@ -116,14 +129,3 @@ def _favour(ranking: tuple[Candidate, ...], objects: Sequence[str], bonus: float
         for c in ranking
     )
     return tuple(sorted(gained, key=lambda candidate: -candidate.log_likelihood))
-
-
-def _check_reference_left(demonstration: Demonstration) -> None:
-    positions = demonstration.objects[:, 0, :3]
-    moved = float(np.linalg.norm(np.median(positions[-5:], axis=0) - np.median(positions[:5], axis=0)))
-    if len(demonstration.object_names) == 1 and moved > 0.01:
-        raise DemonstrationError(
-            f"objects: {demonstration.object_names[0]!r} is the only one, and it moves by {moved * 100:.0f} "
-            "cm; what is carried is described relative to another object. Give a second object, for example "
-            "what it is put on."
-        )
