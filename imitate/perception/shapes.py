@@ -1,4 +1,8 @@
-"""What a camera should see of boxes and cylinders, and how well that agrees with what it saw."""
+"""What a camera should see of boxes and cylinders.
+
+Predicted surfaces are given as nearness, one over the depth: a plane's nearness is linear in the ray, so that
+all planes of all guesses are one product of matrices. A body that is missed has nearness 0.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +20,7 @@ Mask = NDArray[np.bool_]
 
 LIMIT = 4.5
 """log-likelihood that a pixel can cost at most: a residual of three standard deviations."""
+_LEAST = 1e-6
 
 
 @dataclass(frozen=True)
@@ -43,37 +48,61 @@ class Pixels:
         return Pixels(self.origin, self.rays[kept], self.depth[kept], self.hue[kept])
 
 
-def box_depth(pixels: Pixels, poses: Array, sizes: Array) -> Float:
-    """(N, M) depth at which each pixel's ray enters each box; infinite where it misses.
+def box_nearness(origin: Array, rays: Float, poses: Array, sizes: Array) -> Float:
+    """(N, M) one over the depth at which each ray enters each box; 0 where it misses.
 
     Args:
-        pixels: M of them.
+        origin: (3,) where the rays start.
+        rays: (M, 3) directions, of depth 1.
         poses: (N, 7) of the boxes' centres.
         sizes: (N, 3) or (3,) along the boxes' axes, metres.
     """
-    start, step = _in_frames(pixels, poses)
-    half = np.broadcast_to(np.asarray(sizes, np.float32) / 2, (len(poses), 3))
-    near, far = _slab(start[:, 0], step[0], half[:, 0])
-    for k in (1, 2):
-        low, high = _slab(start[:, k], step[k], half[:, k])
-        np.maximum(near, low, out=near)
-        np.minimum(far, high, out=far)
-    near[(near >= far) | (near <= 0)] = np.inf
-    return near
+    turned, start = _from_bodies(origin, poses)
+    half = np.broadcast_to(np.asarray(sizes, float) / 2, start.shape)
+    front, back = _faces(start, half)
+    axes = turned.transpose(0, 2, 1)
+    planes = np.concatenate([axes / front[..., None], axes / back[..., None]], axis=1)
+    near = _along(planes, rays)
+    for k in range(3):
+        _between(near[:, k], near[:, 3 + k], np.abs(start[:, k]) < half[:, k])
+    enter = np.minimum(np.minimum(near[:, 0], near[:, 1]), near[:, 2])
+    leave = np.maximum(np.maximum(near[:, 3], near[:, 4]), near[:, 5])
+    return _entered(enter, leave)
+
+
+def cylinder_nearness(origin: Array, rays: Float, poses: Array, radius: float, length: float) -> Float:
+    """(N, M) one over the depth at which each ray enters each capped cylinder about its z; 0 if missed."""
+    turned, start = _from_bodies(origin, poses)
+    x, y, z = turned.transpose(2, 0, 1)
+    square = np.sum(start[:, :2] ** 2, axis=1) - radius**2
+    square = np.where(np.abs(square) < _LEAST, _LEAST, square)[:, None]
+    scale = np.sqrt(np.abs(square))
+    front, back = _faces(start[:, 2:], np.full((len(poses), 1), length / 2))
+    # The nearness of the surface is −b ± √(b² − c), with b linear and c quadratic in the ray.
+    b = (start[:, :1] * x + start[:, 1:2] * y) / square
+    near = _along(np.stack([b, x / scale, y / scale, z / front, z / back], axis=1), rays)
+    _between(near[:, 3], near[:, 4], np.abs(start[:, 2]) < length / 2)
+    c = near[:, 1] ** 2 + near[:, 2] ** 2
+    within = square[:, 0] < 0
+    c[within] *= -1
+    squared = near[:, 0] ** 2 - c
+    missed = squared < 0
+    root = np.sqrt(np.maximum(squared, 0, out=squared), out=squared)
+    sides = root - near[:, 0], -root - near[:, 0]
+    _between(*sides, within)
+    enter, leave = np.minimum(sides[0], near[:, 3]), np.maximum(sides[1], near[:, 4])
+    enter[missed] = 0
+    return _entered(enter, leave)
+
+
+def box_depth(pixels: Pixels, poses: Array, sizes: Array) -> Float:
+    """(N, M) depth at which each pixel's ray enters each box; infinite where it misses."""
+    return _depth(box_nearness(pixels.origin, pixels.rays, poses, sizes))
 
 
 def cylinder_depth(pixels: Pixels, poses: Array, radius: float, length: float) -> Float:
     """(N, M) depth at which each ray enters each capped cylinder about its z; infinite where it misses."""
-    start, step = _in_frames(pixels, poses)
-    near, far = _slab(start[:, 2], step[2], np.full(len(poses), length / 2, np.float32))
-    x, y = start[:, :1], start[:, 1:2]
-    a = step[0] ** 2 + step[1] ** 2
-    b = x * step[0] + y * step[1]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        root = np.sqrt(b * b - a * (x * x + y * y - np.float32(radius**2)))
-        near, far = np.maximum(near, (-b - root) / a), np.minimum(far, (-b + root) / a)
-        near[~((near < far) & (near > 0))] = np.inf
-    return np.asarray(near)
+    return _depth(cylinder_nearness(pixels.origin, pixels.rays, poses, radius, length))
 
 
 def agreement(pixels: Pixels, own: Mask, predicted: Float, noise: float) -> Float:
@@ -98,20 +127,37 @@ def agreement(pixels: Pixels, own: Mask, predicted: Float, noise: float) -> Floa
     return np.asarray(-cost - LIMIT * through.sum(axis=1), np.float32)
 
 
-def _in_frames(pixels: Pixels, poses: Array) -> tuple[Float, Float]:
-    """The rays in N bodies' frames: starts (N, 3) and steps (3, N, M)."""
-    turned = Rotation.from_quat(poses[:, 3:]).as_matrix()  # table_from_body
-    start = np.einsum("nij,ni->nj", turned, pixels.origin - poses[:, :3]).astype(np.float32)
-    axes = turned.transpose(2, 1, 0).astype(np.float32)[..., None]
-    x, y, z = np.ascontiguousarray(pixels.rays.T)
-    # Not a matrix product: BLAS would wake its threads for it, and they cost more than they do.
-    step = axes[:, 0] * x
-    step += axes[:, 1] * y
-    step += axes[:, 2] * z
-    return start, step
+def _from_bodies(origin: Array, poses: Array) -> tuple[Array, Array]:
+    """Rotations (N, 3, 3) table_from_body, and the camera's place (N, 3) in the bodies' frames."""
+    turned = Rotation.from_quat(poses[:, 3:]).as_matrix()
+    return turned, np.einsum("nji,nj->ni", turned, origin - poses[:, :3])
 
 
-def _slab(start: Float, step: Float, half: NDArray[Any]) -> tuple[Float, Float]:
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        a, b = (-half - start)[:, None] / step, (half - start)[:, None] / step
-    return np.minimum(a, b), np.maximum(a, b)
+def _faces(start: Array, half: NDArray[Any]) -> tuple[Array, Array]:
+    """Signed distances (N, K) along each axis to the face towards the camera and to the one away from it."""
+    side = np.where(start < 0, -1.0, 1.0)
+    front, back = side * half - start, -side * half - start
+    return tuple(np.where(np.abs(d) < _LEAST, _LEAST, d) for d in (front, back))  # type: ignore[return-value]
+
+
+def _along(planes: Array, rays: Float) -> Float:
+    """(N, P, M) products; a product per guess is too small for BLAS to wake its threads for it."""
+    return np.asarray(np.matmul(planes.astype(np.float32), np.ascontiguousarray(rays.T)))
+
+
+def _between(front: Float, back: Float, within: Mask) -> None:
+    """In place: a camera between two faces enters through neither; the ray leaves through one of them."""
+    if within.any():
+        back[within] = np.maximum(front[within], back[within])
+        front[within] = np.inf
+
+
+def _entered(enter: Float, leave: Float) -> Float:
+    np.maximum(leave, 0, out=leave)
+    enter[enter <= leave] = 0
+    return enter
+
+
+def _depth(nearness: Float) -> Float:
+    with np.errstate(divide="ignore"):
+        return np.asarray(1 / nearness)
