@@ -18,6 +18,7 @@ from imitate.geometry import (
     compose,
     conjugate,
     inverse,
+    normalised,
     quaternion_multiply,
     resample,
 )
@@ -47,17 +48,20 @@ def going_along(t: Array, hand: Array, body: Array, times: Array, settings: Segm
     step = times[1] - times[0]
     first, last = _windows(len(times), max(1, round(settings.window / step)))
     turns = bool(np.ptp(body[:, 3:], axis=0).any())
+    count = _samples(t, settings.window / 3)
+    shaking = 2 / count * (noise(t, hand) ** 2 + noise(t, body) ** 2)
+    turning = 2 / count * turn_noise(t, body) ** 2
+    wavering = turning + 2 / count * turn_noise(t, hand) ** 2
+    t, hand, body = _mean(t, count), _mean_pose(hand, count), _mean_pose(body, count)
     h, o = resample(t, hand, times), resample(t, body, times)
     start, end = h[first], h[last]
     carried = compose(compose(o[last], inverse(o[first])), start)
     lever = np.linalg.norm(start[:, :3] - o[first, :3], axis=1)
-    moved = 2 * noise(t, hand) ** 2 + 2 * noise(t, body) ** 2 + 2 * (lever * turn_noise(t, body)) ** 2
     gain = _gain(*(np.linalg.norm(a[:, :3] - b[:, :3], axis=1) for a, b in _pairs(carried, start, end)))
-    said = gain / (moved + settings.slack**2)
+    said = gain / (shaking + lever**2 * turning + settings.slack**2)
     if turns:
-        turned = 2 * turn_noise(t, hand) ** 2 + 2 * turn_noise(t, body) ** 2
         gain = _gain(*(angle_between(a, b) for a, b in _pairs(carried, start, end)))
-        said += gain / (turned + (settings.slack / settings.hand_radius) ** 2)
+        said += gain / (wavering + (settings.slack / settings.hand_radius) ** 2)
     share = step / settings.window
     return np.asarray(np.clip(said / 2, -settings.clip, settings.clip) * share)
 
@@ -110,6 +114,21 @@ def _spread(t: Array, off: Callable[[Array], Array]) -> float:
     u = ((t[1:-1] - t[:-2]) / (t[2:] - t[:-2]))[:, None]
     deviation = 1.4826 * np.median(np.abs(off(u)) / np.sqrt(1 + (1 - u) ** 2 + u**2), axis=0)
     return float(np.sqrt(np.mean(deviation**2)))
+
+
+def _samples(t: Array, seconds: float) -> int:
+    """How many samples one may average over that time; odd, unless there are no more."""
+    return min(2 * int(seconds / np.median(np.diff(t)) / 2) + 1, len(t))
+
+
+def _mean(values: Array, count: int) -> Array:
+    """Means of each ``count`` values (S, ...) in a row, S + 1 − count of them."""
+    total = np.cumsum(np.concatenate([np.zeros((1, *values.shape[1:])), values]), axis=0)
+    return np.asarray((total[count:] - total[:-count]) / count)
+
+
+def _mean_pose(poses: Array, count: int) -> Array:
+    return normalised(_mean(align_signs(poses), count))
 
 
 def _windows(frames: int, width: int) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
