@@ -43,7 +43,7 @@ class Shown:
 
 @dataclass(frozen=True)
 class Camera:
-    """How it is seen: frames/s, noise per axis (m) and of orientations (rad), seconds and rows that are lost."""
+    """How it is seen: frames/s, noise per axis in metres and of orientations in radians, what is lost."""
 
     rate: float = 30.0
     noise: float = 0.0
@@ -187,7 +187,8 @@ def opening(rng: np.random.Generator, wrist: bool = True) -> Shown:
     hinge, cup = np.array([0.1, 0.3, 0.15]), np.array([0.3, -0.3, 0.025])
     rim = hinge + np.array([-0.3, 0, 0])
     pull = Move(1.5, about=hinge, angle=float(rng.uniform(0.6, 1.2)), holds=("door",), wrist=wrist)
-    moves = (Move(1.5, rim + [0, -0.1, 0]), Move(0.6, rim), Move(0.3), pull, Move(0.3), Move(1.0, HOME))
+    before = rim - np.array([0, 0.1, 0])
+    moves = (Move(1.5, before), Move(0.6, rim), Move(0.3), pull, Move(0.3), Move(1.0, HOME))
     objects = placed(door=hinge, frame=hinge + np.array([-0.15, 0.02, 0]), cup=cup)
     return Shown(objects, moves, ("⟨{hand}, door⟩", "⟨{hand, door}, frame⟩", "⟨{hand}, door⟩"), HOME)
 
@@ -200,7 +201,7 @@ def pulling(rng: np.random.Generator) -> Shown:
     out = handle + np.array([0, -rng.uniform(0.1, 0.2), 0])
     cup = np.array([0.3, -0.3, 0.025])
     moves = (
-        *(Move(1.5, handle + [0, -0.1, 0]), Move(0.6, handle), Move(0.3)),
+        *(Move(1.5, handle - np.array([0, 0.1, 0])), Move(0.6, handle), Move(0.3)),
         *(Move(1.2, out, holds=("drawer",)), Move(0.3), Move(1.0, HOME)),
     )
     objects = placed(drawer=drawer, cabinet=cabinet, cup=cup)

@@ -66,23 +66,22 @@ def going_along(t: Array, hand: Array, body: Array, times: Array, settings: Segm
     return np.asarray(np.clip(said / 2, -settings.clip, settings.clip) * share)
 
 
-def believable(t: Array, poses: Array, slack: float) -> NDArray[np.bool_]:
+def believable(poses: Array, settings: Segmentation) -> NDArray[np.bool_]:
     """(T,) which samples of poses (T, 7) were seen and are no frozen repetition of an earlier one.
 
-    A lost track often repeats its last pose and then jumps; a body that rests and sets off does not jump: its
-    next step is as long as its first.
-
-    Args:
-        slack: metres that a jump is long at least.
+    A lost track often repeats its last pose and then jumps, by more than ``slack``. A body that rests and then
+    sets off does not jump: its next step is as long as its first.
     """
     seen = np.flatnonzero(~np.isnan(poses[:, 0]))
     path = poses[seen]
     same = np.append(False, (path[1:] == path[:-1]).all(axis=1))
-    steps = np.append(np.linalg.norm(np.diff(path[:, :3], axis=0), axis=1), [0.0, 0.0])
-    jumps = (steps[:-1] > slack) & (steps[:-1] > JUMP * steps[1:])  # from each sample to its next one
+    shifts = np.linalg.norm(np.diff(path[:, :3], axis=0), axis=1)
+    steps = np.hypot(shifts, settings.hand_radius * angle_between(path[1:], path[:-1]))
+    after = np.append(steps[1:], 0.0)
+    jumps = np.append((steps > settings.slack) & (steps > JUMP * after), False)  # from a sample to its next
     ends = np.flatnonzero(~np.append(same[1:], False))  # the last sample of each run of equal ones
     lost = same & jumps[ends[np.searchsorted(ends, np.arange(len(path)))]]
-    mask = np.zeros(len(t), bool)
+    mask = np.zeros(len(poses), bool)
     mask[seen[~lost]] = True
     return mask
 

@@ -7,6 +7,7 @@ it stood still. Frames in which the hand rests speak for neither.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -23,6 +24,7 @@ class RobustScore:
 
     ℓ_k is what frame k says for o to go with the hand (`going_along`). d is the distance from the hand to the
     reference at the end if something is held, else the smaller of those at start and end.
+    Bounds: P without c is additive in time but for the penalty; free ≥ holding > −C.
     c(d) = −C (1 − exp(−d / (ℓ_ref C))) lies in (−C, 0]; the table, the last resort, has −C.
     """
 
@@ -33,24 +35,23 @@ class RobustScore:
         d, t = demonstration, demonstration.t - demonstration.t[0]
         self._settings = settings
         self.times: Array = np.linspace(0, t[-1], max(2, 1 + round(t[-1] * settings.rate)))
-        by_hand = believable(t, d.hand, settings.slack)
+        by_hand = believable(d.hand, settings)
         hand = resample(t[by_hand], d.hand[by_hand], self.times)
-        said, distance = [], []
+        said, positions = [], []
         for name in d.object_names:
             track = d.pose_of(name)
-            known = believable(t, track, settings.slack)
+            known = believable(track, settings)
             both = known & by_hand
             said.append(going_along(t[both], d.hand[both], track[both], self.times, settings))
-            seen = resample(t[known], track[known], self.times)
-            distance.append(np.linalg.norm(hand[:, :3] - seen[:, :3], axis=1))
+            positions.append(resample(t[known], track[known], self.times)[:, :3])
         step = np.column_stack(said)
         for nudge in passing:
             step[nudge.start : nudge.end, nudge.body] = np.minimum(
                 step[nudge.start : nudge.end, nudge.body], 0
             )
         self._sum = np.concatenate([np.zeros((1, step.shape[1])), np.cumsum(step, axis=0)])
-        far = settings.reference_limit
-        self._close: Array = -far * -np.expm1(-np.column_stack(distance) / (settings.reference_length * far))
+        self._where: Array = np.stack(positions, axis=1)
+        self._close = self._closeness(self._where - hand[:, None, :3])
 
     def ends(self) -> Iterator[Evidence]:
         """Evidence for every start j = 0…t−1, for each end t = 1…T in turn."""
@@ -58,11 +59,25 @@ class RobustScore:
             yield self._evidence(slice(0, end), end)
 
     def between(self, start: int, end: int) -> Evidence:
-        """Evidence for the one segment of frames start…end−1."""
-        return self._evidence(slice(start, start + 1), end)
+        """Evidence for the one segment of frames start…end−1.
+
+        Here d is from the origin of what is held to the reference, as the hand may hold it far from that.
+        """
+        found = self._evidence(slice(start, start + 1), end)
+        held = np.flatnonzero(found.relevance[0] > 0)
+        if not len(held):
+            return found
+        apart = self._where[end - 1] - self._where[end - 1, held, None]
+        return replace(found, holding=self._closeness(apart).max(axis=0, keepdims=True))
 
     def _evidence(self, starts: slice, end: int) -> Evidence:
         relevance = self._sum[end] - self._sum[starts] - self._settings.object_penalty
         at_end = self._close[end - 1]
         free = np.maximum(self._close[starts], at_end)
         return Evidence(relevance, free, np.broadcast_to(at_end, free.shape), -self._settings.reference_limit)
+
+    def _closeness(self, apart: Array) -> Array:
+        """c(d) for displacements (..., 3)."""
+        far = self._settings.reference_limit
+        distance = np.linalg.norm(apart, axis=-1)
+        return np.asarray(far * np.expm1(-distance / (self._settings.reference_length * far)))
