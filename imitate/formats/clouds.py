@@ -129,7 +129,7 @@ def _ascii_columns(
         raise FileError(path, f"holds a word that is no number ({error})", _REMEDY) from None
     starts = np.cumsum([0, *(count for _, _, count in fields)])
     columns = {}
-    for (name, kind, _), start in zip(fields, starts[:-1], strict=True):
+    for (name, _, _), start in zip(fields, starts[:-1], strict=True):
         column = rows[:, start]
         if name in ("rgb", "rgba"):
             # a packed colour is printed as the whole number it is, or as the float that it pretends to be

@@ -1,4 +1,4 @@
-"""What a file is: a demonstration, an RGB-D recording or a session, by its content."""
+"""What a file is: a demonstration, an RGB-D recording, a session or a single cloud, by its content."""
 
 from __future__ import annotations
 
@@ -10,47 +10,90 @@ from typing import Literal
 from imitate.errors import FileError
 from imitate.formats.mcap_file import contents
 
-Kind = Literal["demonstration", "recording", "session"]
+Kind = Literal["demonstration", "recording", "session", "cloud"]
 POSE_SCHEMA = "foxglove.PoseInFrame"
 METADATA = "imitate"
 """the metadata record that says what one of our own MCAP files is, under the key "kind"."""
-_PICTURES = {
-    "foxglove.RawImage",
-    "foxglove.CompressedImage",
-    "sensor_msgs/msg/Image",
-    "sensor_msgs/msg/CompressedImage",
-}
+PICTURES = frozenset(
+    {
+        "foxglove.RawImage",
+        "foxglove.CompressedImage",
+        "sensor_msgs/msg/Image",
+        "sensor_msgs/msg/CompressedImage",
+    }
+)
+CLOUDS = frozenset({"foxglove.PointCloud", "sensor_msgs/msg/PointCloud2"})
 
 
 def kind_of(path: Path | str) -> Kind:
-    """Whether a file or folder holds a demonstration, an RGB-D recording or a session.
+    """Whether a file or folder holds a demonstration, an RGB-D recording, a session or a single cloud.
 
     Raises:
-        FileError: no such file, or none of the three; the message says what it holds.
+        FileError: no such file, or none of the four; the message says what it holds.
     """
     path = Path(path)
     if path.is_dir():
-        if (path / "rgb.txt").exists() and (path / "depth.txt").exists():
-            return "recording"
-        raise FileError(path, "is a folder without rgb.txt and depth.txt", "A recording's folder has both.")
+        return _kind_of_folder(path)
     if not path.exists():
         raise FileError(path, "no such file", "Give a recording, a demonstration or a session.")
     if path.suffix == ".npz" or zipfile.is_zipfile(path):
         return "demonstration"
+    if _is_cloud(path):
+        return "cloud"
     inside = contents(path)
     kind = inside.metadata.get(METADATA, {}).get("kind")
     if kind == "session":
         return "session"
     schemas = {schema for schema, _ in inside.topics.values()}
-    if kind == "recording" or (kind is None and schemas & _PICTURES):
+    if kind == "recording" or (kind is None and schemas & PICTURES):
         return "recording"
     if kind == "demonstration" or POSE_SCHEMA in schemas:
         return "demonstration"
+    if schemas & CLOUDS:
+        return "recording"
     damage = f"; it is {inside.damage[0]}" if inside.damage else ""
     raise FileError(
         path,
         f"holds no recording, demonstration or session: {listed(inside.topics)}{damage}",
         f"A recording has colour and depth images, a demonstration {POSE_SCHEMA} topics.",
+    )
+
+
+def refuse_cloud(path: Path, kind: Kind) -> None:
+    """Raises FileError where something that moves is needed and a single cloud is given."""
+    if kind == "cloud":
+        raise FileError(
+            path,
+            "is a single cloud, which shows no movement",
+            f"To see what is in it: imitate observe {path}",
+        )
+
+
+def _kind_of_folder(path: Path) -> Kind:
+    lacking = [name for name in ("rgb.txt", "depth.txt") if not (path / name).is_file()]
+    if not lacking:
+        return "recording"
+    inside = sorted(path.glob("*.mcap"))
+    if inside:
+        names = ", ".join(file.name for file in inside[:4])
+        raise FileError(path, f"is a folder with {names}", f"Name the file inside it: {inside[0]}")
+    problem = f"is a folder without {' and '.join(lacking)}"
+    raise FileError(path, problem, "A recording in the layout of the TUM RGB-D benchmark has both.")
+
+
+def _is_cloud(path: Path) -> bool:
+    """PLY by its first word; PCD, which has no such word, by what its header starts with or by its name."""
+    try:
+        with path.open("rb") as stream:
+            start = stream.read(64)
+    except OSError:
+        return False
+    lines = start.split(b"\n")
+    words = [line.split()[0] for line in lines if line.split() and not line.startswith(b"#")]
+    if lines[0].strip() == b"ply" or (lines[0].startswith(b"#") and b".PCD" in lines[0]):
+        return True
+    return words[:1] in ([b"VERSION"], [b"FIELDS"]) or (
+        bool(start) and path.suffix.lower() in (".pcd", ".ply")
     )
 
 

@@ -26,6 +26,11 @@ from mcap.writer import CompressionType, Writer
 from imitate.errors import FileError
 
 MAGIC = b"\x89MCAP0\r\n"
+_CONVERT = {
+    b"SQLite f": "A ROS 2 bag in SQLite becomes MCAP with `mcap convert FILE.db3 FILE.mcap`.",
+    b"#ROSBAG ": "A ROS 1 bag becomes MCAP with `mcap convert FILE.bag FILE.mcap`.",
+}
+"""first bytes → what to do."""
 LARGEST_CHUNK = 1 << 30
 """bytes of an uncompressed chunk beyond which a file is taken as damaged rather than believed."""
 
@@ -184,7 +189,7 @@ def check_magic(path: Path) -> None:
         raise FileError(
             path,
             f"is not an MCAP file: it starts with {start!r}",
-            "Give a recording, a demonstration or a session in MCAP format.",
+            _CONVERT.get(start) or "Give a recording, a demonstration or a session in MCAP format.",
         )
 
 

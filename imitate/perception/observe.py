@@ -78,7 +78,7 @@ def observe(
         ImitateError: no table, no block, no hand, or fewer than two frames.
     """
     chosen = (settings or Settings()).perception
-    source: RgbdSource = open_recording(recording) if isinstance(recording, str | Path) else recording
+    source: RgbdSource = open_recording(recording, chosen) if isinstance(recording, str | Path) else recording
     name = f"{recording}" if isinstance(recording, str | Path) else "recording"
     generator = np.random.default_rng(seed)
     frames = ahead(source.frames())

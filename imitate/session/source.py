@@ -10,7 +10,7 @@ from pathlib import Path
 from imitate.demonstration import Demonstration
 from imitate.errors import FileError
 from imitate.formats.demonstrations import read_demonstration
-from imitate.formats.kind import kind_of
+from imitate.formats.kind import kind_of, refuse_cloud
 from imitate.settings import Settings
 
 Watching = Callable[[int, int], None]
@@ -44,6 +44,7 @@ def read_source(path: Path, settings: Settings, seed: int, watching: Watching | 
         raise FileError(
             path, "is a session", f"Give the demonstration it was learned from, or: imitate replay {path}"
         )
+    refuse_cloud(path, kind)
     digest = _hash(path)
     if kind == "demonstration":
         return Source(path.name, digest, read_demonstration(path))

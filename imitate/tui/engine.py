@@ -63,8 +63,11 @@ class Task:
 def kind_of(path: Path) -> Kind:
     """What kind of file it is."""
     from imitate.formats.kind import kind_of as kind
+    from imitate.formats.kind import refuse_cloud
 
-    return kind(path)
+    found = kind(path)
+    refuse_cloud(path, found)
+    return found
 
 
 def look(path: Path) -> Preview:

@@ -1,0 +1,142 @@
+"""Pictures of two streams → frames: paired, decoded, in metres, registered, and checked on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imitate.errors import FileError
+from imitate.formats.camera_messages import Picture
+from imitate.formats.pairing import Stamped, Tally, paired
+from imitate.formats.pictures import Pixels, is_depth
+from imitate.formats.registration import Registration
+from imitate.rgbd import RgbdFrame
+
+MILLIMETRE = 0.001
+"""m of one step of an integer depth in ROS (REP 118) and Foxglove."""
+NEAR, FAR = 0.1, 15.0
+"""m between which the middle reading of a camera above a table lies, whatever the camera; generously."""
+
+
+@dataclass(frozen=True)
+class Streams:
+    """Two streams of pictures, and what makes frames of them.
+
+    Attributes:
+        path: of the recording, for messages.
+        colour, depth: topics, or whatever else names the streams in messages.
+        registration: of the two cameras, for pictures of the sizes of its lenses.
+        unit: metres of one step of an integer depth; ``float_unit`` of 1.0 in a float depth.
+        unit_given: whether the operator gave the unit, so that it is not doubted.
+        within: seconds, the most between the pictures of one frame.
+    """
+
+    path: Path
+    colour: str
+    depth: str
+    registration: Registration
+    unit: float = MILLIMETRE
+    float_unit: float = 1.0
+    unit_given: bool = False
+    within: float = 0.04
+
+    def frames(self, pictures: Iterable[Stamped[Picture]], tally: Tally) -> Iterator[RgbdFrame]:
+        """Every pair as a frame, t in seconds from the first depth picture of a pair.
+
+        Raises:
+            FileError: nothing pairs, a picture cannot be decoded or is of another size than its
+                calibration, no depth is read, or depths cannot be metres.
+        """
+        first: int | None = None
+        checked = self.unit_given
+        for colour, depth in paired(pictures, round(self.within * 1e9), tally):
+            metres = self._metres(depth.held)
+            first = depth.time if first is None else first
+            if not checked and metres.any():
+                self._check_distances(metres, depth.held.form)
+                checked = True
+            registered = self.registration.registered(self._colour(colour.held), metres)
+            yield RgbdFrame((depth.time - first) / 1e9, *registered)
+        if first is None:
+            raise self._unpaired(tally)
+        if not checked:
+            raise FileError(
+                self.path,
+                f"{self.depth} has no reading in any picture: every depth is 0",
+                "Check the depth camera, or name another topic with --depth-topic.",
+            )
+
+    def _colour(self, picture: Picture) -> NDArray[np.uint8]:
+        pixels = self._decoded(picture, self.colour, False)
+        return np.repeat(pixels[..., None], 3, axis=2) if pixels.ndim == 2 else pixels
+
+    def _metres(self, picture: Picture) -> NDArray[np.float32]:
+        pixels = self._decoded(picture, self.depth, True)
+        return to_metres(pixels, self.float_unit if pixels.dtype.kind == "f" else self.unit)
+
+    def _decoded(self, picture: Picture, stream: str, depth: bool) -> Pixels:
+        pixels = picture.decode()
+        if pixels is None or is_depth(pixels) != depth:
+            raise undecodable(self.path, stream, picture, "depth" if depth else "colour")
+        lens = self.registration.depth if depth else self.registration.colour
+        check_size(self.path, stream, pixels, (lens.intrinsics.height, lens.intrinsics.width))
+        return pixels
+
+    def _check_distances(self, metres: NDArray[np.float32], form: str) -> None:
+        middle = float(np.median(metres[metres > 0]))
+        if not NEAR < middle < FAR:
+            unit = self.float_unit if form.startswith("32FC1") else self.unit
+            raise FileError(
+                self.path,
+                f"{self.depth} ({form or 'unnamed encoding'}) holds depths in an unknown unit: at "
+                f"{unit:g} m a step the middle reading of its first picture is {middle:.4g} m, where a "
+                f"camera above a table has {NEAR:g} to {FAR:g} m",
+                "Pass the metres of one step: --depth-unit 0.001 for millimetres, 0.0002 for 5000 steps a "
+                "metre, 1 for metres.",
+            )
+
+    def _unpaired(self, tally: Tally) -> FileError:
+        colours, depths = tally.seen
+        apart = "" if tally.nearest is None else f"; the nearest two are {tally.nearest / 1e9:.3f} s apart"
+        return FileError(
+            self.path,
+            f"colour and depth never pair within {self.within:g} s: {colours} pictures in {self.colour}, "
+            f"{depths} in {self.depth}{apart}",
+            "Pass more seconds with --pair-within, or record both with one clock.",
+        )
+
+
+def to_metres(pixels: Pixels, unit: float) -> NDArray[np.float32]:
+    """Depth pixels times ``unit``; 0 where there is no reading."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        metres = pixels.astype(np.float32) * np.float32(unit)
+    if pixels.dtype.kind == "f":
+        metres[~(np.isfinite(metres) & (metres > 0))] = 0
+    return metres
+
+
+def check_size(path: Path, stream: str, pixels: NDArray[Any], expected: tuple[int, int]) -> None:
+    """Raises FileError when a picture is of another size (H, W) than expected."""
+    height, width = pixels.shape[:2]
+    if (height, width) != expected:
+        raise FileError(
+            path,
+            f"{stream} holds pictures of {width}×{height}, its calibration says {expected[1]}×{expected[0]}",
+            "Name the calibration of these pictures with --calibration-topic, or pass it with --intrinsics "
+            "FX,FY,CX,CY.",
+        )
+
+
+def undecodable(path: Path, stream: str, picture: Picture, kind: str) -> FileError:
+    """What to say of a picture that is not what it should be."""
+    form = picture.form or "nameless"
+    remedy = (
+        "Colour may be rgb8, bgr8, rgba8, bgra8, mono8, Bayer or YUV 4:2:2, JPEG or PNG; depth 16UC1, "
+        "mono16, 32FC1, 16-bit PNG or compressedDepth in PNG."
+    )
+    return FileError(path, f"{stream} holds a {form} picture that cannot be decoded as {kind}", remedy)

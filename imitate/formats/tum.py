@@ -1,0 +1,148 @@
+"""A folder in the layout of the TUM RGB-D benchmark: rgb.txt, depth.txt and the pictures they list.
+
+Sturm et al., "A Benchmark for the Evaluation of RGB-D SLAM Systems", IROS 2012; file formats at
+cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats: depth is a 16-bit PNG of 5000 steps a metre,
+registered to colour; a line of a list is a time in seconds and a file.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from decimal import Decimal, InvalidOperation
+from functools import partial
+from pathlib import Path
+
+from imitate.errors import FileError
+from imitate.formats import pictures
+from imitate.formats.camera_messages import Picture
+from imitate.formats.frames import Streams
+from imitate.formats.pairing import COLOUR, DEPTH, Stamped, Tally
+from imitate.formats.registration import Registration
+from imitate.formats.rgbd_topics import lens_of
+from imitate.rgbd import Intrinsics, RgbdFrame
+from imitate.settings import Perception
+
+UNIT = 1 / 5000
+"""m of one step of depth."""
+LISTS = ("rgb.txt", "depth.txt")
+CALIBRATIONS = ("calibration.txt", "camera.txt", "intrinsics.txt")
+"""files that may hold fx fy cx cy and any distortion k1 k2 p1 p2 k3, or the 3×3 matrix of the camera."""
+
+Line = tuple[int, Path]
+
+
+@dataclass
+class TumFolder:
+    """A folder, opened.
+
+    Attributes:
+        lists: nanoseconds and file of each picture, colour and depth, in order of time.
+        notes: what the operator ought to know, in words.
+    """
+
+    path: Path
+    lists: tuple[list[Line], list[Line]]
+    streams: Streams
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def intrinsics(self) -> Intrinsics:
+        """Of every frame."""
+        return self.streams.registration.intrinsics
+
+    @property
+    def count(self) -> int:
+        """How many frames there are at most."""
+        return min(map(len, self.lists))
+
+    def frames(self) -> Iterator[RgbdFrame]:
+        """Every frame in order, read as it is asked for; t in seconds from the first.
+
+        Raises:
+            FileError: as `Streams.frames`, or a file that is listed and missing.
+        """
+        colours, depths = (
+            (Stamped(kind, time, _picture(file, time)) for time, file in lines)
+            for kind, lines in zip((COLOUR, DEPTH), self.lists, strict=True)
+        )
+        merged = heapq.merge(colours, depths, key=lambda one: one.time)
+        yield from self.streams.frames(merged, Tally([0, 0]))
+
+
+def open_tum(path: Path, settings: Perception) -> TumFolder:
+    """What a folder holds, from its lists and its first picture.
+
+    Raises:
+        FileError: a list is missing, empty or cannot be understood, or nothing calibrates the camera.
+    """
+    colours, depths = (_listed(path, name) for name in LISTS)
+    first = _picture(colours[0][1], 0).decode()
+    if first is None:
+        raise FileError(colours[0][1], "is no picture", f"It is the first that {path / LISTS[0]} lists.")
+    numbers = settings.intrinsics or _calibration(path)
+    lens = lens_of(numbers, (first.shape[0], first.shape[1]))
+    unit = settings.depth_unit
+    streams = Streams(
+        path,
+        *LISTS,
+        Registration(lens, lens),
+        unit=unit or UNIT,
+        unit_given=bool(unit),
+        within=settings.pair_within,
+    )
+    return TumFolder(path, (colours, depths), streams)
+
+
+def _picture(file: Path, time: int) -> Picture:
+    return Picture(time, "", file.name, partial(_decoded, file))
+
+
+def _decoded(file: Path) -> pictures.Pixels | None:
+    try:
+        return pictures.compressed(file.suffix, file.read_bytes())
+    except OSError as error:
+        raise FileError(file, f"is listed but cannot be read ({error.strerror})", "Copy it again.") from None
+
+
+def _listed(path: Path, name: str) -> list[Line]:
+    remedy = "A line is a time in seconds and a file: 1305031102.175304 rgb/1305031102.175304.png"
+    try:
+        text = (path / name).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise FileError(path / name, f"cannot be read as text ({error})", remedy) from None
+    lines = []
+    for number, line in enumerate(text.splitlines(), 1):
+        words = line.partition("#")[0].replace(",", " ").split()
+        if not words:
+            continue
+        try:
+            lines.append((int(Decimal(words[0]) * 10**9), path / words[1]))
+        except (InvalidOperation, IndexError, ValueError, OverflowError):
+            raise FileError(path / name, f"line {number} is {line.strip()!r}", remedy) from None
+    if not lines:
+        raise FileError(path / name, "lists no picture", remedy)
+    return sorted(lines)
+
+
+def _calibration(path: Path) -> tuple[float, ...]:
+    """fx, fy, cx, cy and any distortion, from the first file there is."""
+    remedy = (
+        "Pass the camera's own numbers with --intrinsics FX,FY,CX,CY (525,525,319.5,239.5 for the "
+        f"benchmark's recordings), or write them into {CALIBRATIONS[0]} in the folder."
+    )
+    for name in CALIBRATIONS:
+        if (path / name).exists():
+            text = (path / name).read_text(encoding="utf-8", errors="replace")
+            words = " ".join(line.partition("#")[0] for line in text.splitlines()).replace(",", " ").split()
+            try:
+                numbers = tuple(map(float, words))
+            except ValueError:
+                numbers = ()
+            if len(numbers) == 9 and numbers[6:] == (0, 0, 1):
+                return numbers[0], numbers[4], numbers[2], numbers[5]
+            if len(numbers) in (4, 8, 9):
+                return numbers
+            raise FileError(path / name, f"holds {' '.join(words[:9])!r}, not fx fy cx cy", remedy)
+    raise FileError(path, f"has no calibration of its camera: looked for {', '.join(CALIBRATIONS)}", remedy)
