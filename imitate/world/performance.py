@@ -8,6 +8,7 @@ import numpy as np
 
 from imitate.demonstration import Demonstration, in_table_frame
 from imitate.geometry import Array, align_signs, conjugate, from_yaw, read_only, relative, resample, rotate
+from imitate.skill import Segment
 
 OPEN = 0.08
 """m between the fingers when nothing is held."""
@@ -17,16 +18,26 @@ REST, WITHDRAW, STAND = 0.3, 1.2, 0.3
 """s, the retreat: the hand rests opened, withdraws, stands still."""
 RETREAT = np.array([-0.04, 0.0, 0.113])
 """m, the way that the hand withdraws: 12 cm, up and back."""
+WALL = 0.008
+"""m, the thickness of an open box's walls and floor."""
 _STEP = 0.01
 _HELD = 0.003
 
 
 @dataclass(frozen=True)
 class Performance:
-    """A demonstration in the table's frame and the distance (T,) between the fingers' surfaces, metres."""
+    """A demonstration in the table's frame, and what its poses do not say.
+
+    Attributes:
+        opening: (T,) metres between the fingers' surfaces.
+        segments: what a right segmentation is; empty where that is not known.
+        hollow: names of the objects that are open boxes with walls of `WALL`.
+    """
 
     demonstration: Demonstration
     opening: Array
+    segments: tuple[Segment, ...] = ()
+    hollow: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "opening", read_only(self.opening))
@@ -35,7 +46,7 @@ class Performance:
         """The same performance at other times (S,)."""
         d = self.demonstration
         sampled = replace(d, t=t, hand=resample(d.t, d.hand, t), objects=resample(d.t, d.objects, t))
-        return Performance(sampled, np.interp(t, d.t, self.opening))
+        return replace(self, demonstration=sampled, opening=np.interp(t, d.t, self.opening))
 
 
 def perform(demonstration: Demonstration) -> Performance:

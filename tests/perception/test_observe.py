@@ -17,7 +17,7 @@ from imitate.geometry import angle_between, compose, from_yaw, quaternion_multip
 from imitate.perception.observe import observe
 from imitate.rgbd import RgbdFrame
 from imitate.settings import Perception, Settings
-from imitate.world import demonstrator
+from imitate.world import stage
 from imitate.world.demonstrator import film, plan_film
 from imitate.world.performance import Performance
 
@@ -72,7 +72,7 @@ def test_the_papers_origin_is_undone(filmed, observed, tmp_path):
 
 def test_blocks_of_one_hue_are_numbered_and_kept_apart(tmp_path, monkeypatch):
     """Two blue blocks of other shapes, the smaller carried past the larger one."""
-    monkeypatch.setattr(demonstrator, "BLOCKS", ("blue", "blue"))
+    monkeypatch.setattr(stage, "BLOCKS", ("blue", "blue"))
     t = np.linspace(0, 3, 31)
     way = np.clip(t - 0.9, 0, 1.6) / 1.6
     path_of_small = np.stack([0.1 * way, 0.06 - 0.11 * way, 0.02 + 0.06 * np.sin(np.pi * way)], axis=1)

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from imitate.geometry import rotate
-from imitate.world.demonstrator import bullet, film, plan_film
-from imitate.world.kinect import Camera, axial_noise, kinect_intrinsics, take
+from imitate.world.demonstrator import film, plan_film
+from imitate.world.engine import pybullet as bullet
+from imitate.world.kinect import Camera, kinect_intrinsics, take
 from imitate.world.performance import perform
+from imitate.world.sensor import axial_noise
 
 CAMERA = Camera(kinect_intrinsics(320, 240), np.array([0.12, -0.16, 0.8, 1.0, 0, 0, 0]))
 
