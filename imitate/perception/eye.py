@@ -1,17 +1,19 @@
-"""The camera above the table: frames to pixels in the table's frame, and windows around places on it."""
+"""The camera above the table: windows of a frame as pixels in the table's frame."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from imitate.geometry import Array, conjugate, rotate
 from imitate.perception.colour import hues
-from imitate.perception.first_view import Table
-from imitate.perception.shapes import Float, Pixels
+from imitate.perception.first_view import ROOM, Table
+from imitate.perception.shapes import Float, Mask, Pixels
 from imitate.rgbd import Intrinsics, RgbdFrame
+
+Window = tuple[slice, slice]
+"""rows and columns of a picture."""
 
 
 @dataclass(frozen=True)
@@ -20,25 +22,29 @@ class Eye:
 
     Attributes:
         table_from_camera: (7,).
-        rays: (H·W, 3) in the table's frame, row by row; times the depth, from the camera to the point seen.
+        rays: (H, W, 3) in the table's frame; times the depth, from the camera to the point seen.
+        low, high: (2,) the table's extent in x and y, metres.
     """
 
     intrinsics: Intrinsics
     table_from_camera: Array
     rays: Float
+    low: Array
+    high: Array
 
-    def pixels(self, frame: RgbdFrame) -> Pixels:
-        """Every pixel of a frame, row by row."""
-        hue = hues(frame.colour).reshape(-1)
-        return Pixels(self.table_from_camera[:3], self.rays, frame.depth.reshape(-1), hue)
+    def is_over_table(self, points: Array) -> Mask:
+        """(N,) which points (N, 3) in the table's frame are over the table, at most `ROOM` above it."""
+        inside = np.all((points[:, :2] > self.low) & (points[:, :2] < self.high), axis=1)
+        return np.asarray(inside & (points[:, 2] < ROOM))
 
-    def window(self, points: Array, margin: float, most: int) -> NDArray[np.intp]:
-        """Indices of the pixels that show the space around points (N, 3), thinned out evenly to ``most``.
+    def window(self, points: Array, margin: float, most: int, phase: int = 0) -> Window:
+        """The pixels that show the space around points (N, 3), thinned out evenly to about ``most``.
 
         Args:
             points: in the table's frame, metres.
             margin: metres around them.
             most: pixels.
+            phase: shifts the grid that is left, so that frames with other phases see other pixels.
         """
         i = self.intrinsics
         seen = rotate(conjugate(self.table_from_camera[3:]), points - self.table_from_camera[:3])
@@ -48,14 +54,33 @@ class Eye:
         left, right = _span(u - reach, u + reach, i.width)
         upper, lower = _span(v - reach, v + reach, i.height)
         step = max(1, int(np.ceil(np.sqrt((right - left) * (lower - upper) / most))))
-        rows, columns = np.arange(upper, lower, step), np.arange(left, right, step)
-        return np.asarray((rows[:, None] * i.width + columns).reshape(-1))
+        down, across = divmod(phase % step**2, step)
+        return slice(upper + down, lower, step), slice(left + across, right, step)
+
+
+@dataclass(frozen=True)
+class View:
+    """One frame as the eye sees it; ``number`` counts the frames."""
+
+    eye: Eye
+    frame: RgbdFrame
+    number: int
+
+    def pixels(self, window: Window) -> Pixels:
+        """The pixels of a window, row by row."""
+        eye, hue = self.eye, hues(self.frame.colour[window]).reshape(-1)
+        rays = eye.rays[window].reshape(-1, 3)
+        return Pixels(eye.table_from_camera[:3], rays, self.frame.depth[window].reshape(-1), hue)
+
+    def around(self, points: Array, margin: float, most: int) -> Pixels:
+        """The pixels that show the space around points, as of `Eye.window`."""
+        return self.pixels(self.eye.window(points, margin, most, self.number))
 
 
 def open_eye(intrinsics: Intrinsics, table: Table) -> Eye:
     """The eye of a camera that saw this table."""
-    turned = rotate(table.table_from_camera[3:], intrinsics.rays().reshape(-1, 3)).astype(np.float32)
-    return Eye(intrinsics, table.table_from_camera, turned)
+    turned = rotate(table.table_from_camera[3:], intrinsics.rays()).astype(np.float32)
+    return Eye(intrinsics, table.table_from_camera, turned, table.low, table.high)
 
 
 def _span(low: Array, high: Array, size: int) -> tuple[int, int]:

@@ -17,14 +17,16 @@ from imitate.formats.recordings import open_recording
 from imitate.geometry import Array, align_signs, inverse, read_only
 from imitate.perception.ahead import ahead
 from imitate.perception.block import Block
-from imitate.perception.eye import open_eye
+from imitate.perception.colour import HUES
+from imitate.perception.evidence import Body
+from imitate.perception.eye import View, open_eye
 from imitate.perception.first_view import FirstView, first_view
-from imitate.perception.tracker import BlockTracker, HandTracker
+from imitate.perception.hand_tracker import HandTracker
+from imitate.perception.tracker import BlockTracker, Sight
 from imitate.rgbd import Intrinsics, RgbdFrame, RgbdSource
 from imitate.settings import Perception, Settings
 
 Progress = Callable[[int, int], None]
-UNSEEN: Array = np.full(7, np.nan)
 
 
 Span = tuple[float, float]
@@ -80,7 +82,6 @@ def observe(
     chosen = (settings or Settings()).perception
     source: RgbdSource = open_recording(recording, chosen) if isinstance(recording, str | Path) else recording
     name = f"{recording}" if isinstance(recording, str | Path) else "recording"
-    generator = np.random.default_rng(seed)
     frames = ahead(source.frames())
     still = list(islice(frames, chosen.still_frames))
     if len(still) < 2:
@@ -93,18 +94,37 @@ def observe(
             f"{name}: no block on the table in the first {len(still)} frames. Blocks are coloured, at least "
             f"1.5 cm high, apart from each other, and not {chosen.left_finger} or {chosen.right_finger}."
         )
-    trackers = [BlockTracker(block, name, chosen) for name, block in blocks.items()]
-    hand = HandTracker(chosen)
-    t, rows = [], []
+    trackers = _Trackers(blocks, chosen, seed)
+    t: list[float] = []
+    rows: list[list[Sight]] = []
     for frame in _replayed(still, frames):
-        pixels = eye.pixels(frame)
-        poses = [hand.follow(pixels, frame.t, eye, generator)]
-        poses += [tracker.follow(pixels, frame.t, eye, generator, trackers) for tracker in trackers]
+        rows.append(trackers.follow(View(eye, frame, len(t))))
         t.append(frame.t)
-        rows.append([UNSEEN if pose is None else pose for pose in poses])
         if progress:
             progress(len(t), max(source.count, len(t)))
-    return _observation(name, np.array(t), np.array(rows), blocks, first, chosen)
+    return _observation(name, np.array(t), rows, blocks, first, chosen)
+
+
+class _Trackers:
+    """The hand's and the blocks', each with its own draws."""
+
+    def __init__(self, blocks: dict[str, Block], settings: Perception, seed: int) -> None:
+        hues = [name.rstrip("0123456789") for name in blocks]
+        pairs = zip(blocks.values(), hues, strict=True)
+        self._hand = HandTracker(settings)
+        self._blocks = [BlockTracker(block, hue if hue in HUES else None, settings) for block, hue in pairs]
+        seeds = np.random.SeedSequence(seed).spawn(1 + len(blocks))
+        self._generators = [np.random.default_rng(s) for s in seeds]
+
+    def follow(self, view: View) -> list[Sight]:
+        """The hand and the blocks in this frame."""
+        sights = [self._hand.follow(view, self._generators[0])]
+        bodies: list[Body] = [self._hand, *self._blocks]
+        for block, generator in zip(self._blocks, self._generators[1:], strict=True):
+            sights.append(block.follow(view, bodies, self._hand.motion, generator))
+        for block in self._blocks:
+            block.lie(self._blocks)
+        return sights
 
 
 def _look(still: RgbdFrame, intrinsics: Intrinsics, settings: Perception, seed: int) -> FirstView:
@@ -131,8 +151,16 @@ def _replayed(first: list[RgbdFrame], rest: Iterator[RgbdFrame]) -> Iterator[Rgb
 
 
 def _observation(
-    name: str, t: Array, poses: Array, blocks: dict[str, Block], first: FirstView, settings: Perception
+    name: str,
+    t: Array,
+    rows: list[list[Sight]],
+    blocks: dict[str, Block],
+    first: FirstView,
+    settings: Perception,
 ) -> Observation:
+    missing = np.full(7, np.nan)
+    poses = np.array([[missing if s.pose is None else s.pose for s in row] for row in rows])
+    confidence = np.array([[s.confidence for s in row] for row in rows])
     seen = ~np.isnan(poses[..., 0])
     if not seen[:, 0].any():
         raise ImitateError(
@@ -150,7 +178,7 @@ def _observation(
     )
     lost = {body: _spans(t, ~seen[:, k]) for k, body in enumerate((HAND, *blocks)) if not seen[:, k].all()}
     camera_from_table = inverse(first.table.table_from_camera)
-    return Observation(demonstration, first, seen.astype(float), lost, camera_from_table)
+    return Observation(demonstration, first, confidence, lost, camera_from_table)
 
 
 def _spans(t: Array, missing: NDArray[np.bool_]) -> tuple[Span, ...]:

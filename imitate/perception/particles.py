@@ -33,27 +33,52 @@ class Estimate:
     score: float
 
 
-def anneal(particles: Array, score: Score, layers: int, generator: np.random.Generator) -> Estimate:
+def anneal(
+    particles: Array,
+    score: Score,
+    layers: int,
+    generator: np.random.Generator,
+    enough: Array | float = 0.0,
+) -> Estimate:
     """The most likely change, from particles (N, D) drawn from what is expected.
 
     Args:
         particles: the first layer's.
         score: (N, D) → (N,) log-likelihoods.
-        layers: how many times they are weighted.
+        layers: how many times they are weighted, at most.
         generator: of every draw.
+        enough: (D,) standard deviations at which the search ends early.
     """
     for layer in range(layers):
         weights = _weights(np.asarray(score(particles), float))
         mean = weights @ particles
         apart = particles - mean
         covariance = (apart * weights[:, None]).T @ apart
-        if layer < layers - 1:
-            root = _root(covariance)
-            drawn = _systematic(weights, generator)
-            noise = generator.standard_normal(particles.shape) @ root.T
-            particles = particles[drawn] + SPREAD * noise
-    final = float(score(mean[None])[0])
-    return Estimate(mean, np.sqrt(np.diag(covariance)), final)
+        deviation = np.sqrt(np.diag(covariance))
+        if layer == layers - 1 or np.all(deviation <= enough):
+            break
+        drawn = _systematic(weights, generator)
+        noise = generator.standard_normal(particles.shape) @ _root(covariance).T
+        particles = particles[drawn] + SPREAD * noise
+    return Estimate(mean, deviation, float(score(mean[None])[0]))
+
+
+def around(guesses: Array, deviations: Array, count: int, generator: np.random.Generator) -> Array:
+    """(count, D) particles around guesses (G, D), with deviations (D,); the guesses themselves first."""
+    centres = guesses[np.arange(count) % len(guesses)]
+    drawn = centres + deviations * generator.standard_normal(centres.shape)
+    drawn[: len(guesses)] = guesses
+    return np.asarray(drawn)
+
+
+def expected(particles: Array, guesses: Array, deviations: Array) -> Array:
+    """(N,) log-density of changes, but for a constant, around the nearest of the guesses (G, D).
+
+    Deviations (D,) of 0 leave their dimension out.
+    """
+    free = deviations > 0
+    apart = (particles[:, None, free] - guesses[:, free]) / deviations[free]
+    return np.asarray(-np.sum(apart**2, axis=2).min(axis=1) / 2)
 
 
 def moved(base: Array, changes: Array) -> Array:
@@ -83,7 +108,7 @@ def _effective(logs: Array) -> float:
 
 def _root(covariance: Array) -> Array:
     values, vectors = np.linalg.eigh(covariance)
-    return np.asarray(vectors * np.sqrt(np.maximum(values, 1e-12)))
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0)))
 
 
 def _systematic(weights: Array, generator: np.random.Generator) -> NDArray[np.intp]:

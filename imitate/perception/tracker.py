@@ -1,205 +1,275 @@
-"""Following blocks and the hand from frame to frame with the annealed particle filter.
+"""Following blocks from frame to frame with the annealed particle filter.
 
-A block is first looked for close to where it was and to where it would be going on as before. Where that
-explains its pixels worse than usual, a wide search follows, also around where its coloured pixels have gone.
+A block at rest is only looked at: as long as its pixels agree with where it is, nothing is searched. One that
+may have moved is looked for with few particles close to where it was, to where it would be going on as
+before, and to where the hand that touches it would have taken it; with many, and around where its pixels have
+gone, when that explains its pixels worse than usual; and over the whole table when it is lost.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from imitate.geometry import Array, compose, conjugate, inverse, normalised, quaternion_multiply
+from imitate.geometry import Array, compose, conjugate, inverse, normalised, quaternion_multiply, rotate
 from imitate.perception.block import Block
-from imitate.perception.colour import is_hue
-from imitate.perception.eye import Eye
-from imitate.perception.hand import (
-    SIDES,
-    SLACK,
-    Hand,
-    around_finger,
-    finger_poses,
-    hand_of_pixels,
-    hand_score,
-)
-from imitate.perception.particles import anneal, moved
-from imitate.perception.shapes import Float, Mask, Pixels, agreement, box_depth
+from imitate.perception.evidence import Body, Evidence, Fit, evidence_for
+from imitate.perception.eye import View
+from imitate.perception.lost import YAWS, patches
+from imitate.perception.particles import anneal, around, expected, moved
+from imitate.perception.rest import Rest
+from imitate.perception.shapes import Float, Pixels, box_nearness
+from imitate.perception.symmetry import flat, half_height, nearest_alike, tilt
 from imitate.settings import Perception
 
 AT_REST = np.array([0.001, 0.001, 0.001, 0.01, 0.01, 0.01])
 MOVING = np.array([0.006, 0.006, 0.006, 0.15, 0.15, 0.15])
-FINGERS = np.array([0.004, 0.004, 0.004, 0.04, 0.04, 0.04, 0.004])
-"""standard deviations of a body's change around a guess: m and rad, of the hand also its opening in m."""
+"""standard deviations of a block's change around a guess, m and rad."""
+FOUND = np.array([0.01, 0.01, 0.006, 0.0, 0.0, 0.25])
+"""the same around a place where a lost block may lie."""
+ENOUGH = np.array([0.0003, 0.0003, 0.0003, 0.004, 0.004, 0.004])
+"""standard deviations at which a search ends: a tenth of what is asked of it."""
+UPRIGHT = np.array([1, 1, 1, 0, 0, 1.0])
+"""what can change of a block that lies flat."""
+CALMER = 0.7
+"""a frame, by which the spread around guesses shrinks after a surprise."""
 WORSE = 0.1
 """log-likelihood a pixel by which a block's fit may fall short of the usual before a wide search."""
 FORGET = 0.02
 """log-likelihood a pixel by which what is usual sinks with each frame."""
 SEARCH = 0.12
-"""m around a block's last place in which its colour is looked for."""
-FEWEST = 4
-"""pixels of a block's colour, below which it is lost from view."""
-VISIBLE = 0.1
-"""share of a block's outline that must show its colour, else it is lost from view."""
+"""m around a block's last place in which its pixels are looked for."""
+FEWEST = 12
+"""pixels that show a block, below which it is lost."""
+VISIBLE, AGREEING = 0.1, 0.6
+"""least share of a block's outline that shows it, and of its pixels that agree, of the usual share."""
+SURE = 12
+"""frames at rest after which a block is only looked at."""
+TOUCH = 0.015
+"""m between the hand's tool-centre point and a block that it may move."""
+LOW, LEANING = 0.006, 0.05
+"""m above the table or another block and rad of lean, up to which a block lies flat."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The hand's (7,) pose in the last frame and in this one."""
+
+    before: Array
+    now: Array
+
+
+@dataclass(frozen=True)
+class Sight:
+    """A pose (7,), and 0…1 how well the pixels bear it out; None where the body was not seen."""
+
+    pose: Array | None
+    confidence: float
+
+
+UNSEEN = Sight(None, 0.0)
+
+
+@dataclass(frozen=True)
+class _Guess:
+    """A pose (7,) and how the evidence agrees with it."""
+
+    pose: Array
+    fit: Fit
+    evidence: Evidence
 
 
 class BlockTracker:
-    """Follows one block of known size; ``name`` starts with its hue."""
+    """Follows one block of known size, by its hue where it has one, else by depth alone."""
 
-    def __init__(self, block: Block, name: str, settings: Perception) -> None:
-        self._hue = name.rstrip("0123456789")
-        self._size, self._pose = block.size, np.array(block.pose)
+    def __init__(self, block: Block, hue: str | None, settings: Perception) -> None:
+        self._hue, self._size, self._pose = hue, block.size, np.array(block.pose)
         self._settings = settings
         self._reach = float(np.linalg.norm(block.size)) / 2 + 0.012
         self._velocity = np.zeros(3)
-        self._usual = -np.inf
+        self._usual, self._agreement = -np.inf, 0.0
         self._time: float | None = None
-        self._shown: Array | None = None  # the middle of its visible pixels, from its pose
-        self._lost = False
+        self._shown = np.zeros(3)  # the middle of its visible pixels, from its centre
+        self._lost, self._flat = False, True
+        self._surprise = AT_REST
+        self._rest = Rest()
+
+    @property
+    def hue(self) -> str | None:
+        """The hue that it is followed by."""
+        return self._hue
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether it was not seen in the last frame."""
+        return self._lost
+
+    def nearness(self, pixels: Pixels) -> Float:
+        """(M,) one over the depth of its surface where it is."""
+        return np.asarray(box_nearness(pixels.origin, pixels.rays, self._pose[None], self._size)[0])
 
     def follow(
-        self,
-        pixels: Pixels,
-        t: float,
-        eye: Eye,
-        generator: np.random.Generator,
-        others: Sequence[BlockTracker] = (),
-    ) -> Array | None:
-        """(7,) the block's pose in this frame; None where it cannot be seen.
+        self, view: View, others: Sequence[Body], hand: Motion | None, generator: np.random.Generator
+    ) -> Sight:
+        """Where the block is in this frame.
 
-        Pixels of the same hue that one of the ``others`` explains are left to it.
+        Args:
+            view: the frame.
+            others: the hand and the other blocks, which hide pixels.
+            hand: how the hand moved; None where it was not seen twice in a row.
+            generator: of every draw.
         """
-        alike = [other for other in others if other._hue == self._hue and other is not self]
-        guesses = self._guesses(pixels, t, eye, alike)
-        near = pixels.where(eye.window(self._pose[:3] + guesses, self._reach, self._settings.pixels))
-        near = near.where(~_explained(near, alike))
-        own = is_hue(near.hue, self._hue) & (near.depth > 0)
-        if own.sum() < FEWEST:
-            self._lost = True
+        others = [other for other in others if other is not self]
+        guesses = self._guesses(view.frame.t, hand)
+        evidence = self._look(view, self._pose[:3] + guesses[:, :3], others)
+        best = self._unmoved(evidence) or self._narrow(evidence, guesses, generator)
+        if self._lost or best.fit.score < self._usual - WORSE:
+            best = self._wide(view, best, guesses, others, generator)
+        if self._lost and not self._is_shown(best.fit):
+            best = self._anywhere(view, others, generator) or best
+        if not self._is_shown(best.fit):
+            return self._lose(guesses)
+        self._accept(best, guesses, view.frame.t)
+        return Sight(np.array(self._pose), self._confidence(best.fit))
+
+    def lie(self, blocks: Sequence[BlockTracker]) -> None:
+        """Rights the block where it leans little and stands on the table or on another of the blocks."""
+        angle, turn = tilt(self._pose)
+        bottom = self._pose[2] - half_height(self._pose, self._size)
+        tops = [
+            b._pose[2] + half_height(b._pose, b._size) for b in blocks if b is not self and b._is_under(self)
+        ]
+        self._flat = angle < LEANING and min(abs(bottom - top) for top in [0.0, *tops]) < LOW
+        if self._flat:
+            self._pose[3:] = quaternion_multiply(turn, self._pose[3:])
+
+    def _is_under(self, other: BlockTracker) -> bool:
+        reach = (np.linalg.norm(self._size) + np.linalg.norm(other._size)) / 2
+        apart = other._pose[:3] - self._pose[:3]
+        return not self._lost and apart[2] > 0 and bool(np.linalg.norm(apart[:2]) < reach)
+
+    def _look(self, view: View, places: Array, others: Sequence[Body]) -> Evidence:
+        pixels = view.around(places, self._reach, self._settings.pixels)
+        return evidence_for(self._hue, pixels, others, self._settings.depth_noise)
+
+    def _guesses(self, t: float, hand: Motion | None) -> Array:
+        """(G, 6) changes since the last frame: none, going on as before, and, where it may, with the hand."""
+        guesses = np.zeros((2, 6))
+        if self._time is not None:
+            guesses[1, :3] = self._velocity * (t - self._time)
+        if hand is None or not (self._lost or self._is_touched(hand.before)):
+            return guesses
+        carried = compose(compose(hand.now, inverse(hand.before)), self._pose)
+        turn = Rotation.from_quat(quaternion_multiply(carried[3:], conjugate(self._pose[3:])))
+        with_hand = np.concatenate([carried[:3] - self._pose[:3], turn.as_rotvec()])
+        return np.concatenate([guesses, with_hand[None]])
+
+    def _is_touched(self, hand: Array) -> bool:
+        inside = rotate(conjugate(self._pose[3:]), hand[:3] - self._pose[:3])
+        return bool(np.all(np.abs(inside) < self._size / 2 + TOUCH))
+
+    def _at(self, pose: Array, evidence: Evidence) -> _Guess:
+        pixels = evidence.pixels
+        near = box_nearness(pixels.origin, pixels.rays, pose[None], self._size)
+        return _Guess(pose, evidence.fit(near[0]), evidence)
+
+    def _unmoved(self, evidence: Evidence) -> _Guess | None:
+        """The resting block where it is, if its pixels still agree with that."""
+        if self._lost or self._rest.frames < SURE:
             return None
-        pose, fit = self._search(near, own, guesses, generator)
-        if not self._is_visible(near, own, pose):
-            self._lost = True
-            return None
-        self._usual = max(fit, self._usual - FORGET)
-        self._accept(pose, t, near, own)
-        return pose
+        here = self._at(self._pose, evidence)
+        return here if here.fit.score > self._usual - WORSE / 2 else None
+
+    def _narrow(self, evidence: Evidence, guesses: Array, generator: np.random.Generator) -> _Guess:
+        share = max(1 / 3, float(np.max(self._surprise / MOVING)))
+        spread = self._surprise * UPRIGHT if self._flat else self._surprise
+        return self._search(evidence, self._pose, guesses, spread, share, generator)
 
     def _search(
-        self, near: Pixels, own: Mask, guesses: Array, generator: np.random.Generator
-    ) -> tuple[Array, float]:
-        """(pose, log-likelihood a pixel) that explain the pixels best."""
-        settings, pixels = self._settings, int(own.sum())
+        self,
+        evidence: Evidence,
+        base: Array,
+        guesses: Array,
+        spread: Array,
+        share: float,
+        generator: np.random.Generator,
+    ) -> _Guess:
+        """The best around changes (G, 6) of a base pose, of a share of the particles."""
+        pixels = evidence.pixels
 
         def score(changes: Array) -> Float:
-            depth = box_depth(near, moved(self._pose, changes), self._size)
-            return agreement(near, own, depth, settings.depth_noise)
+            near = box_nearness(pixels.origin, pixels.rays, moved(base, changes), self._size)
+            return np.asarray(evidence.score(near) + expected(changes, guesses, 3 * spread), np.float32)
 
-        particles = _spread(guesses[:2], AT_REST, settings.particles // 2, generator)
-        best = anneal(particles, score, settings.layers // 2, generator)
-        if self._lost or best.score / pixels < self._usual - WORSE:
-            particles = _spread(guesses, MOVING, settings.particles, generator)
-            particles[0] = best.mean
-            wide = anneal(particles, score, settings.layers, generator)
-            best = max(best, wide, key=lambda estimate: estimate.score)
-        return normalised(moved(self._pose, best.mean[None])[0]), best.score / pixels
+        particles = around(guesses, spread, round(share * self._settings.particles), generator)
+        best = anneal(particles, score, self._settings.layers, generator, ENOUGH)
+        return self._at(normalised(moved(base, best.mean[None])[0]), evidence)
 
-    def _guesses(self, pixels: Pixels, t: float, eye: Eye, alike: Sequence[BlockTracker]) -> Array:
-        """(G, 3) shifts since the last frame."""
-        going_on = self._velocity * (t - self._time) if self._time is not None else np.zeros(3)
-        shifts = [np.zeros(3), going_on]
-        reach = SEARCH if not self._lost else 10.0
-        near = pixels.where(eye.window(self._pose[None, :3], reach, 6000))
-        near = near.where(~_explained(near, alike))
-        own = is_hue(near.hue, self._hue) & (near.depth > 0)
-        if self._shown is not None and own.sum() >= FEWEST:
-            shifts.append(np.median(near.where(own).points(), axis=0) - self._pose[:3] - self._shown)
-        return np.array(shifts)
+    def _wide(
+        self,
+        view: View,
+        best: _Guess,
+        guesses: Array,
+        others: Sequence[Body],
+        generator: np.random.Generator,
+    ) -> _Guess:
+        """The best of a search far around the guesses and around where the block's pixels have gone."""
+        seen = view.around(self._pose[None, :3], SEARCH, 3 * self._settings.pixels)
+        own = evidence_for(self._hue, seen, others, self._settings.depth_noise).points()
+        if len(own) >= FEWEST:
+            gone = np.zeros((1, 6))
+            gone[0, :3] = np.median(own, axis=0) - self._pose[:3] - self._shown
+            guesses = np.concatenate([guesses, gone])
+        evidence = self._look(view, self._pose[:3] + guesses[:, :3], others)
+        if evidence.count < FEWEST:
+            return best
+        found = self._search(evidence, self._pose, guesses, MOVING, 1.0, generator)
+        return max(self._at(best.pose, evidence), found, key=lambda guess: guess.fit.score)
 
-    def _is_visible(self, near: Pixels, own: Mask, pose: Array) -> bool:
-        hit = np.isfinite(box_depth(near, pose[None], self._size)[0])
-        return bool((hit & own).sum() > max(3, VISIBLE * hit.sum()))
+    def _anywhere(self, view: View, others: Sequence[Body], generator: np.random.Generator) -> _Guess | None:
+        """The lost block, lying flat somewhere on the table where pixels could show it."""
+        found = []
+        for middle in patches(view, self._hue, others, self._settings.depth_noise):
+            pose = flat(self._pose)
+            pose[:3] = middle - [0, 0, self._size.min() / 4]  # most of what is seen is its top
+            evidence = self._look(view, pose[None, :3], others)
+            found.append(self._search(evidence, pose, YAWS, FOUND, 2.0, generator))
+        return max(found, key=lambda guess: guess.fit.shown * guess.fit.agreement, default=None)
 
-    def _accept(self, pose: Array, t: float, near: Pixels, own: Mask) -> None:
-        if self._time is not None and t > self._time:
-            self._velocity = np.zeros(3) if self._lost else (pose[:3] - self._pose[:3]) / (t - self._time)
-        self._shown = np.median(near.where(own).points(), axis=0) - pose[:3]
-        self._pose, self._time, self._lost = pose, t, False
+    def _is_shown(self, fit: Fit) -> bool:
+        agreeing = fit.agreement >= AGREEING * self._agreement
+        return fit.shown >= FEWEST and fit.visible >= VISIBLE and agreeing
 
+    def _confidence(self, fit: Fit) -> float:
+        relative = min(1.0, fit.agreement / max(self._agreement, 1e-9))
+        return relative * min(1.0, fit.visible / 0.3)
 
-def _explained(pixels: Pixels, trackers: Sequence[BlockTracker]) -> Mask:
-    """(M,) which pixels show a block where its tracker has it."""
-    taken = np.zeros(len(pixels.depth), bool)
-    for tracker in trackers:
-        expected = box_depth(pixels, tracker._pose[None], tracker._size)[0]
-        taken |= np.abs(pixels.depth - expected) < 3 * tracker._settings.depth_noise
-    return taken
+    def _lose(self, guesses: Array) -> Sight:
+        """Not seen: thought to be with the hand if it moved with it, else where it was, until it is found."""
+        if len(guesses) > 2 and (self._lost or not self._rest.frames):
+            self._pose = normalised(moved(self._pose, guesses[2:])[0])
+        self._lost, self._flat, self._rest, self._velocity = True, False, Rest(), np.zeros(3)
+        self._surprise = MOVING
+        return UNSEEN
 
-
-class HandTracker:
-    """Follows the hand by its two fingers."""
-
-    def __init__(self, settings: Perception) -> None:
-        self._settings = settings
-        self._hand: Hand | None = None
-        self._velocity = np.zeros(3)
-        self._time = 0.0
-        # Turns are about the origin that the paper gives the hand, which may lie behind the fingertips.
-        self._origin = np.array([0, 0, -settings.hand_offset, 0, 0, 0, 1])
-
-    def follow(self, pixels: Pixels, t: float, eye: Eye, generator: np.random.Generator) -> Array | None:
-        """(7,) the tool-centre point's pose in this frame; None where a finger cannot be seen."""
-        settings = self._settings
-        shown = hand_of_pixels(pixels, settings)
-        if shown is None:
-            self._hand = None
-            return None
-        before = self._hand or shown
-        base = compose(before.pose, self._origin)
-        going_on = np.zeros(7)
-        going_on[:3] = self._velocity * (t - self._time) if self._hand else 0
-        guesses = np.stack([np.zeros(7), going_on, _change(before, shown, self._origin)])
-        particles = _spread(guesses, FINGERS, settings.particles, generator)
-
-        def hands(changes: Array) -> tuple[Array, Array]:
-            poses = compose(moved(base, changes), inverse(self._origin))
-            return poses, np.maximum(before.opening + changes[:, 6], 0)
-
-        left, right = (self._near(pixels, before, shown, eye, side) for side in SIDES)
-
-        def score(changes: Array) -> Float:
-            return hand_score((left, right), *hands(changes), settings)
-
-        best = anneal(particles, score, settings.layers, generator)
-        poses, openings = hands(best.mean[None])
-        pose = normalised(poses[0])
-        if self._hand and t > self._time:
-            self._velocity = (pose[:3] - before.pose[:3]) / (t - self._time)
-        self._hand, self._time = Hand(pose, float(openings[0])), t
-        return pose
-
-    def _near(self, pixels: Pixels, before: Hand, shown: Hand, eye: Eye, side: int) -> Pixels:
-        hands = np.stack([before.pose, shown.pose])
-        openings = np.array([before.opening, shown.opening])
-        middles = finger_poses(hands, openings, self._settings, side)[:, :3]
-        reach = self._settings.finger_length / 2 + self._settings.finger_radius + SLACK
-        window = pixels.where(eye.window(middles, reach, 3 * self._settings.pixels))
-        return around_finger(window, hands, openings, self._settings, side)
-
-
-def _change(before: Hand, after: Hand, origin: Array) -> Array:
-    """(7,) shift, rotation vector and opening that lead from one hand to another."""
-    a, b = compose(before.pose, origin), compose(after.pose, origin)
-    turn = Rotation.from_quat(quaternion_multiply(b[3:], conjugate(a[3:]))).as_rotvec()
-    return np.concatenate([b[:3] - a[:3], turn, [after.opening - before.opening]])
-
-
-def _spread(guesses: Array, deviations: Array, count: int, generator: np.random.Generator) -> Array:
-    """(count, D) particles around guesses (G, ≤ D), the guesses themselves first."""
-    centres = np.zeros((len(guesses), len(deviations)))
-    centres[:, : guesses.shape[1]] = guesses
-    which = np.arange(count) % len(guesses)
-    drawn = centres[which] + deviations * generator.standard_normal((count, len(deviations)))
-    drawn[: len(guesses)] = centres
-    return drawn
+    def _accept(self, best: _Guess, guesses: Array, t: float) -> None:
+        before, pose = self._pose, best.pose
+        if self._lost:
+            pose = nearest_alike(pose, self._size, before)
+            self._rest = Rest()
+        elif pose is not before:
+            off = np.linalg.norm(pose[:3] - before[:3] - guesses[:, :3], axis=1).min()
+            self._surprise = np.clip(
+                MOVING * off / MOVING[0], np.maximum(AT_REST, CALMER * self._surprise), MOVING
+            )
+            pose = self._rest.settled(before, pose)
+        going = self._time is not None and t > self._time and not (self._lost or self._rest.frames)
+        self._velocity = (pose[:3] - before[:3]) / (t - (self._time or 0.0)) if going else np.zeros(3)
+        self._usual = max(best.fit.score, self._usual - FORGET)
+        self._agreement = max(self._agreement, best.fit.agreement)
+        points = best.evidence.points()
+        self._shown = np.median(points, axis=0) - pose[:3] if len(points) else self._shown
+        self._pose, self._time, self._lost = np.array(pose), t, False
