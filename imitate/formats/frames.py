@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from imitate.errors import FileError
 from imitate.formats.camera_messages import Picture
+from imitate.formats.distances import check_distances, to_metres
 from imitate.formats.pairing import Stamped, Tally, paired
 from imitate.formats.pictures import Pixels, is_depth
 from imitate.formats.registration import Registration
@@ -19,8 +20,6 @@ from imitate.rgbd import RgbdFrame
 
 MILLIMETRE = 0.001
 """m of one step of an integer depth in ROS (REP 118) and Foxglove."""
-NEAR, FAR = 0.1, 15.0
-"""m between which the middle reading of a camera above a table lies, whatever the camera; generously."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +57,9 @@ class Streams:
             metres = self._metres(depth.held)
             first = depth.time if first is None else first
             if not checked and metres.any():
-                self._check_distances(metres, depth.held.form)
+                unit = self.float_unit if depth.held.form.startswith("32FC1") else self.unit
+                what = f"{self.depth} ({depth.held.form or 'unnamed encoding'})"
+                check_distances(self.path, what, metres[metres > 0], unit)
                 checked = True
             registered = self.registration.registered(self._colour(colour.held), metres)
             yield RgbdFrame((depth.time - first) / 1e9, *registered)
@@ -87,19 +88,6 @@ class Streams:
         check_size(self.path, stream, pixels, (lens.intrinsics.height, lens.intrinsics.width))
         return pixels
 
-    def _check_distances(self, metres: NDArray[np.float32], form: str) -> None:
-        middle = float(np.median(metres[metres > 0]))
-        if not NEAR < middle < FAR:
-            unit = self.float_unit if form.startswith("32FC1") else self.unit
-            raise FileError(
-                self.path,
-                f"{self.depth} ({form or 'unnamed encoding'}) holds depths in an unknown unit: at "
-                f"{unit:g} m a step the middle reading of its first picture is {middle:.4g} m, where a "
-                f"camera above a table has {NEAR:g} to {FAR:g} m",
-                "Pass the metres of one step: --depth-unit 0.001 for millimetres, 0.0002 for 5000 steps a "
-                "metre, 1 for metres.",
-            )
-
     def _unpaired(self, tally: Tally) -> FileError:
         colours, depths = tally.seen
         apart = "" if tally.nearest is None else f"; the nearest two are {tally.nearest / 1e9:.3f} s apart"
@@ -109,15 +97,6 @@ class Streams:
             f"{depths} in {self.depth}{apart}",
             "Pass more seconds with --pair-within, or record both with one clock.",
         )
-
-
-def to_metres(pixels: Pixels, unit: float) -> NDArray[np.float32]:
-    """Depth pixels times ``unit``; 0 where there is no reading."""
-    with np.errstate(invalid="ignore", over="ignore"):
-        metres = pixels.astype(np.float32) * np.float32(unit)
-    if pixels.dtype.kind == "f":
-        metres[~(np.isfinite(metres) & (metres > 0))] = 0
-    return metres
 
 
 def check_size(path: Path, stream: str, pixels: NDArray[Any], expected: tuple[int, int]) -> None:

@@ -48,6 +48,11 @@ class HandTracker:
         return self._hand is None
 
     @property
+    def opening(self) -> float:
+        """Metres between the fingers' surfaces in the last frame; NaN where it was not seen."""
+        return np.nan if self._hand is None else self._hand.opening
+
+    @property
     def motion(self) -> Motion | None:
         """From the last frame to this one; None unless it was seen in both."""
         return self._motion

@@ -18,12 +18,14 @@ from imitate.geometry import Array, align_signs, inverse, read_only
 from imitate.perception.ahead import ahead
 from imitate.perception.block import Block
 from imitate.perception.colour import HUES
+from imitate.perception.complaints import no_block, no_hand, one_frame
 from imitate.perception.evidence import Body
 from imitate.perception.eye import View, open_eye
-from imitate.perception.first_view import FirstView, first_view
+from imitate.perception.first_view import FirstView
 from imitate.perception.hand_tracker import HandTracker
+from imitate.perception.look import look
 from imitate.perception.tracker import BlockTracker, Sight
-from imitate.rgbd import Intrinsics, RgbdFrame, RgbdSource
+from imitate.rgbd import Intrinsics, PointCloud, RgbdFrame, RgbdSource
 from imitate.settings import Perception, Settings
 
 Progress = Callable[[int, int], None]
@@ -43,6 +45,7 @@ class Observation:
         confidence: (T, 1+K) 0…1, of the hand and each object in each frame; 0 where it was not seen.
         lost: hand or object → the (first, last) seconds of each stretch of frames in which it was not seen.
         camera_from_table: (7,) the table's frame in the camera's.
+        openings: (T,) metres between the fingers' surfaces; NaN where the hand was not seen.
     """
 
     demonstration: Demonstration
@@ -50,10 +53,11 @@ class Observation:
     confidence: Array
     lost: dict[str, tuple[Span, ...]]
     camera_from_table: Array
+    openings: Array
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "confidence", read_only(self.confidence))
-        object.__setattr__(self, "camera_from_table", read_only(self.camera_from_table))
+        for name in ("confidence", "camera_from_table", "openings"):
+            object.__setattr__(self, name, read_only(getattr(self, name)))
 
     @property
     def lost_frames(self) -> dict[str, int]:
@@ -81,28 +85,27 @@ def observe(
     """
     chosen = (settings or Settings()).perception
     source: RgbdSource = open_recording(recording, chosen) if isinstance(recording, str | Path) else recording
-    name = f"{recording}" if isinstance(recording, str | Path) else "recording"
+    name = str(getattr(source, "path", "recording"))
     frames = ahead(source.frames())
     still = list(islice(frames, chosen.still_frames))
     if len(still) < 2:
-        raise ImitateError(f"{name}: {len(still)} frame(s); a demonstration needs at least 2.")
-    first = _look(_still(still), source.intrinsics, chosen, seed)
+        raise ImitateError(one_frame(name, len(still)))
+    first = _look(name, _still(still), source.intrinsics, chosen, seed)
     eye = open_eye(source.intrinsics, first.table)
     blocks = {thing.name: thing.block for thing in first.objects if thing.has_hue}
     if not blocks:
-        raise ImitateError(
-            f"{name}: no block on the table in the first {len(still)} frames. Blocks are coloured, at least "
-            f"1.5 cm high, apart from each other, and not {chosen.left_finger} or {chosen.right_finger}."
-        )
+        raise ImitateError(no_block(name, first, chosen))
     trackers = _Trackers(blocks, chosen, seed)
     t: list[float] = []
     rows: list[list[Sight]] = []
+    openings: list[float] = []
     for frame in _replayed(still, frames):
         rows.append(trackers.follow(View(eye, frame, len(t))))
+        openings.append(trackers.opening)
         t.append(frame.t)
         if progress:
             progress(len(t), max(source.count, len(t)))
-    return _observation(name, np.array(t), rows, blocks, first, chosen)
+    return _observation(name, np.array(t), rows, np.array(openings), blocks, first, chosen)
 
 
 class _Trackers:
@@ -116,6 +119,11 @@ class _Trackers:
         seeds = np.random.SeedSequence(seed).spawn(1 + len(blocks))
         self._generators = [np.random.default_rng(s) for s in seeds]
 
+    @property
+    def opening(self) -> float:
+        """Of the hand in the last frame, metres."""
+        return self._hand.opening
+
     def follow(self, view: View) -> list[Sight]:
         """The hand and the blocks in this frame."""
         sights = [self._hand.follow(view, self._generators[0])]
@@ -127,9 +135,9 @@ class _Trackers:
         return sights
 
 
-def _look(still: RgbdFrame, intrinsics: Intrinsics, settings: Perception, seed: int) -> FirstView:
+def _look(name: str, still: RgbdFrame, intrinsics: Intrinsics, settings: Perception, seed: int) -> FirstView:
     points = (intrinsics.rays() * np.where(still.depth > 0, still.depth, np.nan)[..., None]).reshape(-1, 3)
-    return first_view(points, still.colour.reshape(-1, 3), settings, seed, still.depth.shape)
+    return look(name, PointCloud(points, still.colour.reshape(-1, 3), still.depth.shape), settings, seed)
 
 
 def _still(frames: list[RgbdFrame]) -> RgbdFrame:
@@ -154,6 +162,7 @@ def _observation(
     name: str,
     t: Array,
     rows: list[list[Sight]],
+    openings: Array,
     blocks: dict[str, Block],
     first: FirstView,
     settings: Perception,
@@ -163,10 +172,7 @@ def _observation(
     confidence = np.array([[s.confidence for s in row] for row in rows])
     seen = ~np.isnan(poses[..., 0])
     if not seen[:, 0].any():
-        raise ImitateError(
-            f"{name}: no hand. Wear a {settings.left_finger} finger on the left and a "
-            f"{settings.right_finger} one on the right, or name their hues in the settings."
-        )
+        raise ImitateError(no_hand(name, settings))
     for k in range(poses.shape[1]):
         poses[seen[:, k], k] = align_signs(poses[seen[:, k], k])
     demonstration = Demonstration(
@@ -178,7 +184,7 @@ def _observation(
     )
     lost = {body: _spans(t, ~seen[:, k]) for k, body in enumerate((HAND, *blocks)) if not seen[:, k].all()}
     camera_from_table = inverse(first.table.table_from_camera)
-    return Observation(demonstration, first, confidence, lost, camera_from_table)
+    return Observation(demonstration, first, confidence, lost, camera_from_table, openings)
 
 
 def _spans(t: Array, missing: NDArray[np.bool_]) -> tuple[Span, ...]:

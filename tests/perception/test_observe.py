@@ -133,8 +133,8 @@ def test_no_table_no_block_no_hand_are_said(filmed, tmp_path):
 
     for name, change, words in (
         ("empty", empty, "only 0 pixels have a depth; a table cannot be found"),
-        ("bare", bare, "no block on the table in the first 8 frames"),
-        ("gloveless", gloveless, "no hand. Wear a red finger on the left and a yellow one on the right"),
+        ("bare", bare, "no block that can be followed in the first view"),
+        ("gloveless", gloveless, "in no frame are a red finger on the left and a yellow one on the right"),
     ):
         with pytest.raises(ImitateError, match=words):
             observe(_rewritten(filmed, tmp_path / f"{name}.mcap", change))

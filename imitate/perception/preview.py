@@ -1,0 +1,182 @@
+"""What was observed, drawn over the pictures: the blocks' edges, the fingers' cylinders, names, tracks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from itertools import pairwise
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from imitate.demonstration import HAND
+from imitate.errors import FileError
+from imitate.formats.output import new_file
+from imitate.geometry import Array, compose, inverse, rotate
+from imitate.perception.first_view import FirstView
+from imitate.perception.hand import SIDES, finger_poses
+from imitate.perception.observe import Observation
+from imitate.rgbd import Intrinsics, RgbdFrame
+from imitate.settings import Perception
+
+Image = NDArray[np.uint8]
+STILLS, FILMS = (".png", ".jpg"), (".mp4",)
+INK = ((255, 255, 255), (255, 64, 220), (64, 220, 255), (255, 160, 32), (140, 255, 100), (170, 140, 255))
+"""red green blue of the hand, then of one object after the other, over again where they are more."""
+LOST = (255, 48, 48)
+_EDGES = [(a, b) for a in range(8) for b in range(a + 1, 8) if bin(a ^ b).count("1") == 1]
+_CORNERS = np.array([[(k >> axis & 1) - 0.5 for axis in range(3)] for k in range(8)])
+_ROUND = np.linspace(0, 2 * np.pi, 25)
+
+
+class Sketch:
+    """A picture and the camera that took it; what is drawn is given in the camera's frame."""
+
+    def __init__(self, picture: Image, intrinsics: Intrinsics) -> None:
+        self.image = np.array(picture)
+        self._camera = intrinsics
+        self._width = max(1, round(intrinsics.height / 400))
+        self._letters = max(0.35, intrinsics.height / 1000)
+
+    def line(self, points: Array, ink: tuple[int, int, int]) -> None:
+        """Points (N, 3), metres, joined where both ends are in front of the camera; NaN parts them."""
+        pixels = self._pixels(points)
+        for a, b in pairwise(pixels):
+            if np.isfinite([a, b]).all() and np.abs([a, b]).max() < 1e5:
+                start, end = ([round(float(v)) for v in pixel] for pixel in (a, b))
+                cv2.line(self.image, start, end, ink, self._width, cv2.LINE_AA)
+
+    def box(self, pose: Array, size: Array, ink: tuple[int, int, int]) -> None:
+        """The twelve edges of a box at a pose (7,) of its middle, size (3,) metres."""
+        corners = pose[:3] + rotate(pose[3:], _CORNERS * size)
+        for a, b in _EDGES:
+            self.line(corners[[a, b]], ink)
+
+    def cylinder(self, pose: Array, radius: float, length: float, ink: tuple[int, int, int]) -> None:
+        """Both ends and four sides of a cylinder around the z of the pose (7,) of its middle."""
+        rim = radius * np.stack([np.cos(_ROUND), np.sin(_ROUND), 0 * _ROUND], axis=1)
+        ends = [pose[:3] + rotate(pose[3:], rim + np.array([0, 0, side * length / 2])) for side in SIDES]
+        for end in ends:
+            self.line(end, ink)
+        for k in range(0, len(_ROUND) - 1, 6):
+            self.line(np.stack([ends[0][k], ends[1][k]]), ink)
+
+    def name(self, text: str, point: Array, ink: tuple[int, int, int]) -> None:
+        """Words beside a point (3,)."""
+        (pixel,) = self._pixels(point[None])
+        if np.isfinite(pixel).all() and np.abs(pixel).max() < 1e5:
+            self._words(text, round(float(pixel[0])) + 6, round(float(pixel[1])) - 6, ink)
+
+    def note(self, text: str, row: int, ink: tuple[int, int, int]) -> None:
+        """Words in the corner, on a row of their own."""
+        self._words(text, 8, round((row + 1) * 45 * self._letters), ink)
+
+    def _words(self, text: str, x: int, y: int, ink: tuple[int, int, int]) -> None:
+        for colour, width in (((0, 0, 0), 3 * self._width), (ink, self._width)):
+            font = cv2.FONT_HERSHEY_SIMPLEX
+            cv2.putText(self.image, text, (x, y), font, self._letters, colour, width, cv2.LINE_AA)
+
+    def _pixels(self, points: Array) -> Array:
+        i = self._camera
+        with np.errstate(invalid="ignore", divide="ignore"):
+            z = np.where(points[:, 2] > 0.01, points[:, 2], np.nan)
+            return np.stack([i.fx * points[:, 0] / z + i.cx, i.fy * points[:, 1] / z + i.cy], axis=1)
+
+
+def draw_frame(
+    frame: RgbdFrame, intrinsics: Intrinsics, seen: Observation, k: int, settings: Perception
+) -> Image:
+    """Frame ``k`` with hand and objects where they were seen, and in red the names of those that were not."""
+    sketch = Sketch(frame.colour, intrinsics)
+    unseen = []
+    for n, body in enumerate((HAND, *seen.demonstration.object_names)):
+        pose = compose(seen.camera_from_table, seen.demonstration.pose_of(body)[k])
+        if np.isnan(pose[0]):
+            unseen.append(body)
+        else:
+            _draw_body(sketch, body, pose, seen, k, _ink(n), settings)
+    for row, body in enumerate(unseen):
+        sketch.note(f"{body}: lost", row, LOST)
+    return sketch.image
+
+
+def draw_tracks(frame: RgbdFrame, intrinsics: Intrinsics, seen: Observation, settings: Perception) -> Image:
+    """The first frame, and over it the way of each body through the whole recording."""
+    sketch = Sketch(draw_frame(frame, intrinsics, seen, 0, settings), intrinsics)
+    for n, body in enumerate((HAND, *seen.demonstration.object_names)):
+        way = compose(seen.camera_from_table, seen.demonstration.pose_of(body))[:, :3]
+        sketch.line(way, _ink(n))
+    return sketch.image
+
+
+def draw_first_view(picture: Image, intrinsics: Intrinsics, first: FirstView) -> Image:
+    """A picture (H, W, 3) of a single view, its objects tinted and their blocks drawn."""
+    labels = first.labels.reshape(picture.shape[:2])
+    tinted = picture.astype(float)
+    for n in range(len(first.objects)):
+        tinted[labels == n + 1] = 0.5 * tinted[labels == n + 1] + 0.5 * np.array(_ink(n + 1))
+    sketch = Sketch(tinted.astype(np.uint8), intrinsics)
+    for n, thing in enumerate(first.objects):
+        pose = compose(inverse(first.table.table_from_camera), thing.block.pose)
+        sketch.box(pose, thing.block.size, _ink(n + 1))
+        sketch.name(f"{thing.name}{' (uncertain)' if thing.uncertain else ''}", pose[:3], _ink(n + 1))
+    return sketch.image
+
+
+def write_picture(path: Path, image: Image, force: bool = False) -> None:
+    """Writes a picture (H, W, 3) red green blue, as its suffix says.
+
+    Raises:
+        FileError: it exists and ``force`` is not given, or cannot be written.
+    """
+    _, data = cv2.imencode(path.suffix, image[..., ::-1])
+    with new_file(path, force) as temporary:
+        temporary.write_bytes(data.tobytes())
+
+
+def write_film(path: Path, images: Iterable[Image], rate: float, force: bool = False) -> None:
+    """Writes pictures (H, W, 3) as MP4, at ``rate`` frames a second.
+
+    Raises:
+        FileError: it exists and ``force`` is not given, or cannot be written.
+    """
+    with new_file(path, force) as temporary:
+        # OpenCV takes the container from the suffix
+        film = temporary.with_suffix(".mp4")
+        writer = None
+        try:
+            for image in images:
+                if writer is None:
+                    size = (image.shape[1], image.shape[0])
+                    writer = cv2.VideoWriter(str(film), cv2.VideoWriter.fourcc(*"mp4v"), rate, size)
+                    if not writer.isOpened():
+                        raise FileError(path, "cannot be written as MP4 by this OpenCV", "Give a .png.")
+                writer.write(np.ascontiguousarray(image[..., ::-1]))
+        finally:
+            if writer is not None:
+                writer.release()
+            if film.exists():
+                film.replace(temporary)
+
+
+def _draw_body(
+    sketch: Sketch,
+    body: str,
+    pose: Array,
+    seen: Observation,
+    k: int,
+    ink: tuple[int, int, int],
+    settings: Perception,
+) -> None:
+    sketch.name(body, pose[:3], ink)
+    if body != HAND:
+        sketch.box(pose, seen.demonstration.size_of(body), ink)
+        return
+    for side in SIDES:
+        (finger,) = finger_poses(pose[None], seen.openings[k : k + 1], settings, side)
+        sketch.cylinder(finger, settings.finger_radius, settings.finger_length, ink)
+
+
+def _ink(n: int) -> tuple[int, int, int]:
+    return INK[0] if n == 0 else INK[1 + (n - 1) % (len(INK) - 1)]
