@@ -18,12 +18,12 @@ from imitate.skill import Abstraction, Candidate
 
 @dataclass(frozen=True)
 class Evidence:
-    """What speaks for each of K objects in each of S segments, as natural logs.
+    """What speaks for each of K objects in each of many segments (…), as natural logs.
 
     Attributes:
-        relevance: (S, K) for the object to be relevant rather than not.
-        free: (S, K) for the object to be the reference of a hand that holds nothing.
-        holding: (S, K) the same when something is held; never above ``free``.
+        relevance: (…, K) for the object to be relevant rather than not.
+        free: (…, K) for the object to be the reference of a hand that holds nothing.
+        holding: (…, K) the same when something is held; never above ``free``.
         table: for the table to be the reference, when all objects are held and none is left; −inf: never.
     """
 
@@ -39,27 +39,27 @@ def log_prior(objects: int) -> float:
 
 
 def best_scores(evidence: Evidence) -> Array:
-    """log P(segment, q) (S,) under the best abstraction of all, the reference never among the relevant."""
+    """log P(segment, q) (…) under the best abstraction of all, the reference never among the relevant."""
     gain = np.maximum(evidence.relevance, 0)
-    held = gain.sum(axis=1, keepdims=True) - gain  # by each reference, without itself
-    objects = np.maximum(held + evidence.holding, evidence.free).max(axis=1)
-    best: Array = np.maximum(objects, evidence.relevance.sum(axis=1) + evidence.table)
+    held = gain.sum(axis=-1, keepdims=True) - gain  # by each reference, without itself
+    objects = np.maximum(held + evidence.holding, evidence.free).max(axis=-1)
+    best: Array = np.maximum(objects, evidence.relevance.sum(axis=-1) + evidence.table)
     return best
 
 
 def candidates(evidence: Evidence, names: Sequence[str]) -> tuple[Candidate, ...]:
-    """Abstractions of one segment (S = 1), best first.
+    """Abstractions of one segment, whose evidence this is, best first.
 
     Relevant sets are the best one of each reference, those that differ from it by one object, the empty set
     and the single objects: all there are for two objects, and enough to restate a problem for more. The table
     is the reference of all objects together, which leave no other.
     """
-    relevance = evidence.relevance[0]
+    relevance = evidence.relevance.reshape(len(names))
     found = []
     for reference, name in enumerate(names):
         for relevant in _relevant_sets(relevance, reference):
-            close = evidence.holding if relevant else evidence.free
-            score = float(sum(relevance[k] for k in relevant) + close[0, reference])
+            close = (evidence.holding if relevant else evidence.free).reshape(len(names))
+            score = float(sum(relevance[k] for k in relevant) + close[reference])
             found.append(Candidate(Abstraction((HAND, *(names[k] for k in relevant)), name), score))
     if evidence.table > -np.inf:
         found.append(Candidate(Abstraction((HAND, *names), TABLE), float(relevance.sum()) + evidence.table))

@@ -6,14 +6,15 @@ it stood still. Frames in which the hand rests speak for neither.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from imitate.demonstration import Demonstration
 from imitate.geometry import Array, resample
-from imitate.segmentation.abstraction import Evidence
+from imitate.segmentation.abstraction import Evidence, log_prior
+from imitate.segmentation.changepoints import Frames
 from imitate.segmentation.motion import believable, going_along
 from imitate.segmentation.nudges import Nudge
 from imitate.settings import Segmentation
@@ -52,29 +53,39 @@ class RobustScore:
         self._sum = np.concatenate([np.zeros((1, step.shape[1])), np.cumsum(step, axis=0)])
         self._where: Array = np.stack(positions, axis=1)
         self._close = self._closeness(self._where - hand[:, None, :3])
+        self.prior = log_prior(len(d.object_names))
 
-    def ends(self) -> Iterator[Evidence]:
-        """Evidence for every start j = 0…t−1, for each end t = 1…T in turn."""
-        for end in range(1, len(self.times) + 1):
-            yield self._evidence(slice(0, end), end)
+    def evidence(self, starts: Frames, ends: Frames) -> Evidence:
+        """Evidence (E, S, K) for segments of frames start…end−1, starts (S,) and ends (E,)."""
+        relevance = self._sum[ends][:, None] - self._sum[starts] - self._settings.object_penalty
+        at_end = self._close[ends - 1][:, None]
+        free = np.maximum(self._close[starts.clip(max=len(self.times) - 1)], at_end)
+        return Evidence(relevance, free, np.broadcast_to(at_end, free.shape), -self._settings.reference_limit)
 
     def between(self, start: int, end: int) -> Evidence:
-        """Evidence for the one segment of frames start…end−1.
+        """Evidence (1, 1, K) for the one segment of frames start…end−1.
 
         Here d is from the origin of what is held to the reference, as the hand may hold it far from that.
         """
-        found = self._evidence(slice(start, start + 1), end)
-        held = np.flatnonzero(found.relevance[0] > 0)
+        found = self.evidence(np.array([start]), np.array([end]))
+        held = np.flatnonzero(found.relevance > 0)
         if not len(held):
             return found
         apart = self._where[end - 1] - self._where[end - 1, held, None]
-        return replace(found, holding=self._closeness(apart).max(axis=0, keepdims=True))
+        return replace(found, holding=self._closeness(apart).max(axis=0)[None, None])
 
-    def _evidence(self, starts: slice, end: int) -> Evidence:
-        relevance = self._sum[end] - self._sum[starts] - self._settings.object_penalty
-        at_end = self._close[end - 1]
-        free = np.maximum(self._close[starts], at_end)
-        return Evidence(relevance, free, np.broadcast_to(at_end, free.shape), -self._settings.reference_limit)
+    def lead(self, starts: Frames, others: Frames) -> Array:
+        """(S, O) how much more, at most, a segment from a start can score than one from the other start.
+
+        To any one end and with the same abstraction: what is held differs by the evidence between the two
+        starts, each object by its own if that is positive, and a free hand's reference by its closeness.
+        """
+        last = len(self.times) - 1
+        more, nearer = np.zeros((2, len(starts), len(others)))
+        for total, close in zip(self._sum.T, self._close.T, strict=True):
+            more += np.maximum(total[others] - total[starts][:, None], 0)
+            nearer = np.maximum(nearer, close[starts.clip(max=last)][:, None] - close[others.clip(max=last)])
+        return np.maximum(more, nearer)
 
     def _closeness(self, apart: Array) -> Array:
         """c(d) for displacements (..., 3)."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Protocol
@@ -11,8 +11,8 @@ import numpy as np
 
 from imitate.demonstration import Demonstration, interpolated
 from imitate.geometry import Array
-from imitate.segmentation.abstraction import Evidence, best_scores, candidates, log_prior
-from imitate.segmentation.changepoints import most_probable_cuts
+from imitate.segmentation.abstraction import Evidence, best_scores, candidates
+from imitate.segmentation.changepoints import Frames, Lattice, Lead, most_probable_cuts
 from imitate.segmentation.faithful import FaithfulScore
 from imitate.segmentation.nudges import Nudge, nudges
 from imitate.segmentation.rests import with_rests
@@ -22,15 +22,32 @@ from imitate.skill import Candidate, Segment
 
 
 class Score(Protocol):
-    """A score of segments over frames at ``times``, seconds since the first one."""
+    """A score of segments over frames.
+
+    Attributes:
+        times: (T,) of the frames, seconds since the first one.
+        prior: log p(q), the same for all abstractions.
+    """
 
     times: Array
+    prior: float
 
-    def ends(self) -> Iterator[Evidence]:
-        """Evidence for every start j = 0…t−1, for each end t = 1…T in turn."""
+    def evidence(self, starts: Frames, ends: Frames) -> Evidence:
+        """Evidence (E, S, K) for segments of frames start…end−1, starts (S,) and ends (E,).
+
+        Pairs with start ≥ end may hold anything. Quickest for increasing or decreasing blocks of ends.
+        """
 
     def between(self, start: int, end: int) -> Evidence:
-        """Evidence for the one segment of frames start…end−1."""
+        """Evidence (1, 1, K) for the one segment of frames start…end−1, as its abstraction is chosen."""
+
+    @property
+    def lead(self) -> Lead | None:
+        """The bound by which the search leaves starts out; None where none is known.
+
+        (S, O) how much more, at most, a segment from a start can score than one from the other start to the
+        same end with the same abstraction, whatever these are.
+        """
 
 
 def segment(demonstration: Demonstration, settings: Segmentation) -> tuple[Segment, ...]:
@@ -39,7 +56,8 @@ def segment(demonstration: Demonstration, settings: Segmentation) -> tuple[Segme
     passing: set[Nudge] = set()
     while True:
         score = score_of(demonstration, settings, tuple(passing))
-        cuts, chosen = _most_probable(score, names, settings)
+        cuts, _ = most_probable_cuts(lattice_of(score, settings))
+        cuts, chosen = _merged(cuts, score, names, settings)
         carried = [best.abstraction.carried for best in chosen]
         more = set(nudges(cuts, carried, whole, score.times, settings)) - passing
         if not more:
@@ -79,16 +97,16 @@ def score_of(demonstration: Demonstration, settings: Segmentation, passing: Sequ
     return RobustScore(demonstration, settings, passing)
 
 
-def _most_probable(
-    score: Score, names: Sequence[str], settings: Segmentation
-) -> tuple[tuple[int, ...], list[Candidate]]:
-    """Cuts in frames, and the best candidate between each two of them."""
-    frames, prior = len(score.times), log_prior(len(names))
-    a_second = (frames - 1) / score.times[-1]
-    expected, shortest = settings.expected_length * a_second, round(settings.shortest * a_second)
-    scores = (best_scores(evidence) + prior for evidence in score.ends())
-    cuts, _ = most_probable_cuts(scores, frames, max(expected, 1.01), max(shortest, 1))
-    return _merged(cuts, score, names, settings)
+def lattice_of(score: Score, settings: Segmentation) -> Lattice:
+    """All segments there may be, each under its best abstraction."""
+    a_second = (len(score.times) - 1) / score.times[-1]
+    return Lattice(
+        lambda starts, ends: best_scores(score.evidence(starts, ends)) + score.prior,
+        len(score.times),
+        max(settings.expected_length * a_second, 1.01),
+        max(round(settings.shortest * a_second), 1),
+        score.lead,
+    )
 
 
 def _merged(
