@@ -56,7 +56,7 @@ def perform(demonstration: Demonstration) -> Performance:
     count = round((REST + WITHDRAW + STAND) / _STEP)
     later = np.linspace(_STEP, count * _STEP, count)
     withdrawn = np.repeat(hand[-1:], count, axis=0)
-    withdrawn[:, :3] += _minimum_jerk((later - REST) / WITHDRAW)[:, None] * RETREAT
+    withdrawn[:, :3] += minimum_jerk((later - REST) / WITHDRAW)[:, None] * RETREAT
     settled = _settled(d)
     ends = np.stack([objects[-1], settled])
     settling = resample([0, REST / 2], ends, later)
@@ -69,7 +69,8 @@ def perform(demonstration: Demonstration) -> Performance:
     return Performance(whole, _opening(whole))
 
 
-def _minimum_jerk(u: Array) -> Array:
+def minimum_jerk(u: Array) -> Array:
+    """The share of the way after the share ``u`` of the time, by least jerk (Flash & Hogan 1985)."""
     u = np.clip(u, 0, 1)
     return np.asarray(u**3 * (10 - 15 * u + 6 * u**2))
 
