@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from imitate.cli import console
 
-TASKS = {"stack": "human_stack.npz"}
-"""task → the real human motion that it performs, in fixtures/."""
+if TYPE_CHECKING:
+    import numpy as np
+
+    from imitate.world.demonstrator import Viewpoint
+    from imitate.world.performance import Performance
+
+TASKS = ("stack", "box", "push", "unstack", "three", "person")
+PERSON = "human_stack.npz"
+"""the real motion that the task `person` performs, in fixtures/."""
 
 
 def demonstrate(
@@ -18,20 +26,46 @@ def demonstrate(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE.mcap", help="The recording.")],
     demonstration: Annotated[
         Path | None,
-        typer.Option("--demonstration", metavar="FILE", help="Perform this instead of the task's fixture."),
+        typer.Option("--demonstration", metavar="FILE", help="Perform this motion instead of the task's."),
     ] = None,
     size: Annotated[str, typer.Option("--size", metavar="WxH", help="Pixels.")] = "640x480",
     rate: Annotated[float, typer.Option("--rate", min=1, max=120, help="Frames per second.")] = 30,
+    viewpoint: Annotated[
+        str,
+        typer.Option(
+            "--viewpoint",
+            metavar="front|any|A,E,D[,R]",
+            help="Where the camera stands: in front, anywhere by the seed, or azimuth, elevation (degrees), "
+            "distance (m) and roll (degrees).",
+        ),
+    ] = "front",
+    sensor: Annotated[
+        str,
+        typer.Option("--sensor", metavar="kinect|axial", help="A Kinect, or its axial noise alone."),
+    ] = "kinect",
+    room: Annotated[
+        str,
+        typer.Option("--room", metavar="plain|any", help="Bare, or lamps, wood and wall by the seed."),
+    ] = "plain",
+    truth: Annotated[
+        Path | None,
+        typer.Option(
+            "--truth",
+            metavar="FILE",
+            help="Write the true poses here; of a made-up task the true skills to FILE.json.",
+        ),
+    ] = None,
     settings: console.SettingsFile = None,
     seed: console.Seed = 0,
     force: console.Force = False,
 ) -> None:
     """Film a task in front of the virtual camera.
 
-    A virtual hand performs a person's motion; the RGB-D camera has a Kinect's noise.
+    A virtual hand makes up a motion by the seed, or performs a real person's (task "person"); the RGB-D
+    camera is as noisy as a Kinect.
     """
     from imitate.errors import UnknownNameError
-    from imitate.formats.demonstrations import read_demonstration
+    from imitate.formats.demonstrations import write_demonstration
     from imitate.formats.output import refuse_existing, require_mcap
     from imitate.formats.recordings import write_recording
     from imitate.settings import load_settings
@@ -40,20 +74,82 @@ def demonstrate(
         raise UnknownNameError("task", task, TASKS)
     width, height = _pixels(size)
     require_mcap(output)
-    refuse_existing(output, force)
+    for path in (output, *((truth, truth.with_suffix(".json")) if truth else ())):
+        refuse_existing(path, force)
     hand = load_settings(settings).perception
-    shown = read_demonstration(demonstration or _fixture(TASKS[task]))
+    shown = _performance(task, demonstration, seed)
+
+    import numpy as np
 
     from imitate.world.demonstrator import film, plan_film
-    from imitate.world.performance import perform
+    from imitate.world.look import Look, draw_look
+    from imitate.world.sensor import SENSORS
 
-    plan = plan_film(perform(shown), width, height, rate)
+    if sensor not in SENSORS:
+        raise UnknownNameError("sensor", sensor, SENSORS)
+    if room not in ("plain", "any"):
+        raise UnknownNameError("room", room, ("plain", "any"))
+    generator = np.random.default_rng(seed)
+    place = _viewpoint(viewpoint, generator)
+    look = draw_look(generator) if room == "any" else Look()
+    plan = plan_film(shown, width, height, rate, place, SENSORS[sensor], look)
+    if truth:
+        write_demonstration(plan.performance.demonstration, truth, force)
+        if shown.segments:
+            _write_skills(truth.with_suffix(".json"), shown, force)
     frames = len(plan.performance.demonstration.t)
     with console.progress() as bar:
         filmed = bar.track(film(plan, hand, seed), total=frames, description=f"filming {task}")
         write_recording(output, plan.camera.intrinsics, filmed, force)
     megabytes = output.stat().st_size / 1e6
     console.narrate(f"{output}: {frames} frames of {width}×{height}, {megabytes:.1f} MB")
+
+
+def _performance(task: str, demonstration: Path | None, seed: int) -> Performance:
+    from imitate.formats.demonstrations import read_demonstration
+    from imitate.world.performance import perform
+
+    if demonstration or task == "person":
+        return perform(read_demonstration(demonstration or _fixture(PERSON)))
+
+    from imitate.world.tasks import make_up
+
+    return make_up(task, seed)
+
+
+def _viewpoint(text: str, generator: np.random.Generator) -> Viewpoint:
+    from imitate.errors import UsageError
+    from imitate.world.demonstrator import FRONT, Viewpoint, draw_viewpoint
+
+    if text in ("front", "any"):
+        return FRONT if text == "front" else draw_viewpoint(generator)
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) in (3, 4) and 5 <= numbers[1] <= 85 and 0.4 <= numbers[2] <= 3:
+        return Viewpoint(*numbers)
+    raise UsageError(
+        f"--viewpoint {text!r}: expected front, any, or azimuth,elevation,distance[,roll] with an elevation "
+        "of 5 to 85 degrees and a distance of 0.4 to 3 m, as in 20,45,0.9."
+    )
+
+
+def _write_skills(path: Path, performance: Performance, force: bool) -> None:
+    """The right segmentation, as `imitate segment --json` prints one."""
+    from imitate.formats.output import new_file
+
+    skills = [
+        {
+            "start": s.start,
+            "end": s.end,
+            "relevant": list(s.abstraction.relevant),
+            "reference": s.abstraction.reference,
+        }
+        for s in performance.segments
+    ]
+    with new_file(path, force) as temporary:
+        temporary.write_text(json.dumps({"segments": skills}, indent=1) + "\n", encoding="utf-8")
 
 
 def _pixels(size: str) -> tuple[int, int]:

@@ -47,7 +47,7 @@ def draw_look(generator: np.random.Generator) -> Look:
     hue, saturation = generator.uniform(0.05, 0.15), generator.uniform(0, 0.3)
     table = colorsys.hsv_to_rgb(hue, saturation, generator.uniform(0.45, 0.85))
     wall = generator.uniform(0.7, 2.0) if generator.random() < 0.7 else 0.0
-    return Look(tuple(lights), table, generator.uniform(0.05, 0.25), wall, int(generator.integers(2**31)))
+    return Look(tuple(lights), table, generator.uniform(0.03, 0.15), wall, int(generator.integers(2**31)))
 
 
 def grain(camera: Camera, depth: Array, look: Look) -> NDArray[np.float32]:

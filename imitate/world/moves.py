@@ -36,7 +36,9 @@ class Moves:
     ) -> None:
         self.names, self.sizes = names, sizes
         self._generator = generator
-        self._hand, self._objects, self._opening = [np.array(hand)], [np.array(starts)], [opening]
+        self._hand: list[Array] = [np.array(hand)]
+        self._objects: list[Array] = [np.array(starts)]
+        self._opening = [opening]
         self._held: tuple[int, Array] | None = None
         self._segments: list[Segment] = []
         self.rest(0.5)
@@ -47,7 +49,7 @@ class Moves:
         self._follow(np.tile(self._hand[-1], (steps, 1)), np.full(steps, self._opening[-1]))
 
     def go(self, pose: Array, rise: float = 0.0, up: float = VERTICAL, down: float = VERTICAL) -> None:
-        """To ``pose`` (7,), rising by ``rise`` metres between; not across in the shares ``up`` and ``down``."""
+        """To ``pose`` (7,), rising by ``rise`` m between; not across in the shares ``up`` and ``down``."""
         start = self._hand[-1]
         length = float(np.linalg.norm(pose[:3] - start[:3])) + 1.5 * rise
         steps = max(2, round(length / self._generator.uniform(*SPEED) / STEP))
@@ -57,7 +59,7 @@ class Moves:
         self._follow(path, np.full(steps, self._opening[-1]))
 
     def hold(self, k: int, opening: float) -> None:
-        """The fingers close to ``opening``; object ``k`` goes with the hand from here. The reach for it ends."""
+        """The fingers close to ``opening``; object ``k`` goes along from here. The reach ends."""
         self._turn_fingers(opening, Abstraction((HAND,), self.names[k]))
         self._held = k, relative(self._hand[-1], self._objects[-1][k])
 
@@ -80,7 +82,7 @@ class Moves:
         objects = np.array(self._objects)
         signed = np.stack([align_signs(objects[:, k]) for k in range(len(self.names))], axis=1)
         t = STEP * np.arange(len(self._hand))
-        d = Demonstration(t, align_signs(np.array(self._hand)), signed, self.names, self.sizes)
+        d = Demonstration(np.asarray(t), align_signs(np.array(self._hand)), signed, self.names, self.sizes)
         return Performance(d, np.array(self._opening), tuple(self._segments), hollow)
 
     @property
@@ -90,7 +92,7 @@ class Moves:
 
     def where(self, k: int) -> Array:
         """(7,) object ``k`` at the moment."""
-        return self._objects[-1][k]
+        return np.array(self._objects[-1][k])
 
     def _turn_fingers(self, opening: float, ending: Abstraction) -> None:
         """A pause in which the fingers move; in its middle a skill ends."""

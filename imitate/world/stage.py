@@ -5,6 +5,7 @@ from __future__ import annotations
 import colorsys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 
@@ -54,7 +55,7 @@ class Stage:
             turn = np.arctan2(ahead[1], ahead[0])
             wall = _block(client, (0.02, 6, 3), tuple(place), (0.75, 0.74, 0.7))
             _put(client, wall, np.array([*place, 0, 0, np.sin(turn / 2), np.cos(turn / 2)]))
-        self._still = render(client, camera, look.lights)
+        self._still = render(client, camera, tuple(replace(light, shade=1) for light in look.lights))
         self._texture = grain(camera, self._still.depth, look)
         self._objects = [
             (_tray if name in performance.hollow else _block)(client, size, (0, 0, -9), _paint(paint))

@@ -1,4 +1,4 @@
-"""Tasks that the virtual hand makes up itself: objects, places and speeds by chance, with the right skills."""
+"""Tasks that the virtual hand makes up itself: by chance in places and speeds, with the right skills."""
 
 from __future__ import annotations
 

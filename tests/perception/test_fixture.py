@@ -1,4 +1,5 @@
-"""fixtures/stack.mcap, made by ``imitate demonstrate stack -o fixtures/stack.mcap --size 320x240 --rate 12``:
+"""fixtures/stack.mcap, made by ``imitate demonstrate person -o fixtures/stack.mcap --size 320x240 --rate 12``
+with ``--sensor axial``:
 observed from its first frame to its last, against the person's motion that was filmed."""
 
 from pathlib import Path
