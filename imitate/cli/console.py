@@ -22,6 +22,12 @@ SettingsFile = Annotated[
     Path | None,
     typer.Option("--settings", metavar="FILE.toml", help="Settings that differ from the defaults."),
 ]
+MappingFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--mapping", metavar="FILE.toml", help="Which columns, topics or frames are the hand and the objects."
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout, for machines.")]
 Force = Annotated[bool, typer.Option("--force", help="Overwrite the output where it exists.")]
 Seed = Annotated[

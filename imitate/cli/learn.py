@@ -28,6 +28,7 @@ def learn(
         typer.Option("--mode", metavar="robust|faithful", help="Settings: robust (default) or the paper's."),
     ] = None,
     rrd: Annotated[bool, typer.Option(help="Write the Rerun file beside the session.")] = True,
+    mapping_file: console.MappingFile = None,
     settings_file: console.SettingsFile = None,
     seed: console.Seed = 0,
     workers: console.Workers = None,
@@ -40,6 +41,7 @@ def learn(
     """
     import os
 
+    from imitate.formats.mapping import read_mapping
     from imitate.formats.output import free_name, refuse_existing, require_mcap
     from imitate.session.progress import Progress, learn_report
     from imitate.session.session import Request, run
@@ -51,7 +53,16 @@ def learn(
     viewed = log.with_suffix(".rrd") if rrd else None
     for path in filter(None, (log, viewed)):
         refuse_existing(path, force)
-    request = Request(file, settings, seed, workers or os.cpu_count() or 1, log=log, rrd=viewed, force=force)
+    request = Request(
+        file,
+        settings,
+        seed,
+        workers or os.cpu_count() or 1,
+        mapping=read_mapping(mapping_file) if mapping_file else None,
+        log=log,
+        rrd=viewed,
+        force=force,
+    )
     began = time.monotonic()
     progress = Progress()
     with console.progress() as bar:

@@ -23,6 +23,7 @@ def segment(
         Path | None,
         typer.Option("--decisions", metavar="FILE.json", help="Your decisions, applied to what is found."),
     ] = None,
+    mapping_file: console.MappingFile = None,
     settings_file: console.SettingsFile = None,
     seed: console.Seed = 0,
     as_json: console.Json = False,
@@ -32,6 +33,7 @@ def segment(
     For each skill: which objects matter, and in whose reference frame.
     """
     from imitate.formats.decisions import read_decisions
+    from imitate.formats.mapping import read_mapping
     from imitate.segmentation import apply_decisions
     from imitate.segmentation import segment as cut
     from imitate.session.source import read_source
@@ -46,6 +48,7 @@ def segment(
             settings,
             seed,
             lambda done, total: bar.update(task, completed=done, total=total, visible=True),
+            read_mapping(mapping_file) if mapping_file else None,
         )
     for name, frames in source.lost.items():
         console.narrate(f"{name}: out of sight in {frames} frames; missing there")

@@ -11,7 +11,16 @@ from imitate.errors import FileError
 from imitate.formats.mcap_file import contents
 
 Kind = Literal["demonstration", "recording", "session", "cloud"]
-POSE_SCHEMA = "foxglove.PoseInFrame"
+TableFormat = Literal["npz", "csv", "parquet", "hdf5"]
+POSE_SCHEMAS = (
+    "foxglove.PoseInFrame",
+    "foxglove.FrameTransform",
+    "foxglove.FrameTransforms",
+    "geometry_msgs/msg/PoseStamped",
+    "geometry_msgs/msg/PoseWithCovarianceStamped",
+    "geometry_msgs/msg/TransformStamped",
+    "tf2_msgs/msg/TFMessage",
+)
 METADATA = "imitate"
 """the metadata record that says what one of our own MCAP files is, under the key "kind"."""
 PICTURES = frozenset(
@@ -36,7 +45,7 @@ def kind_of(path: Path | str) -> Kind:
         return _kind_of_folder(path)
     if not path.exists():
         raise FileError(path, "no such file", "Give a recording, a demonstration or a session.")
-    if path.suffix == ".npz" or zipfile.is_zipfile(path):
+    if table_format(path):
         return "demonstration"
     if _is_cloud(path):
         return "cloud"
@@ -47,7 +56,7 @@ def kind_of(path: Path | str) -> Kind:
     schemas = {schema for schema, _ in inside.topics.values()}
     if kind == "recording" or (kind is None and schemas & PICTURES):
         return "recording"
-    if kind == "demonstration" or POSE_SCHEMA in schemas:
+    if kind == "demonstration" or schemas & set(POSE_SCHEMAS):
         return "demonstration"
     if schemas & CLOUDS:
         return "recording"
@@ -55,8 +64,23 @@ def kind_of(path: Path | str) -> Kind:
     raise FileError(
         path,
         f"holds no recording, demonstration or session: {listed(inside.topics)}{damage}",
-        f"A recording has colour and depth images, a demonstration {POSE_SCHEMA} topics.",
+        f"A recording has colour and depth images, a demonstration {POSE_SCHEMAS[0]} topics.",
     )
+
+
+def table_format(path: Path) -> TableFormat | None:
+    """Which format of arrays or columns a file has, by its content and for text by its suffix."""
+    if not path.is_file():
+        return None
+    if path.suffix.lower() in (".npz", ".npy") or zipfile.is_zipfile(path):
+        return "npz"
+    with path.open("rb") as stream:
+        start = stream.read(8)
+    if start.startswith(b"PAR1"):
+        return "parquet"
+    if start == b"\x89HDF\r\n\x1a\n":
+        return "hdf5"
+    return "csv" if path.suffix.lower() in (".csv", ".tsv") else None
 
 
 def refuse_cloud(path: Path, kind: Kind) -> None:

@@ -35,11 +35,11 @@ from imitate.events import (
 )
 from imitate.formats import columns
 from imitate.formats.curves import curve_channel, curve_message, transforms
-from imitate.formats.demonstrations import pose_channels, pose_messages
 from imitate.formats.kind import METADATA
 from imitate.formats.mcap_file import McapReader, McapWriter, RawMessage, contents, protobuf_channel
 from imitate.formats.messages import decode, describe, encode, message_class
 from imitate.formats.output import refuse_existing
+from imitate.formats.pose_topics import pose_channels, pose_messages
 from imitate.formats.steps import Prefixes, TrialSteps, pack_record, unpack_record
 from imitate.record import TrialRecord
 

@@ -13,6 +13,7 @@ from imitate import events
 from imitate.demonstration import TABLE, Demonstration, in_table_frame, interpolated
 from imitate.errors import DemonstrationError, SceneError
 from imitate.events import Event
+from imitate.formats.mapping import Mapping
 from imitate.formats.session_log import SessionWriter
 from imitate.learning.problem import check_durations
 from imitate.learning.reformulate import Search, learn_options
@@ -36,6 +37,7 @@ class Request:
         source: a demonstration or a recording.
         workers: processes that run trials.
         decisions: the operator's, applied to the segments as found.
+        mapping: what the source's columns, topics or frames mean, where their names do not say so.
         log: where the session is written; None writes none.
         rrd: where the viewer's file is written; None writes none.
         force: overwrite both.
@@ -46,6 +48,7 @@ class Request:
     seed: int
     workers: int = 1
     decisions: tuple[Decision, ...] = ()
+    mapping: Mapping | None = None
     log: Path | None = None
     rrd: Path | None = None
     force: bool = False
@@ -64,7 +67,7 @@ def run(
     Raises:
         ImitateError: the source, the settings or the scene is not one to learn from.
     """
-    source = read_source(request.source, request.settings, request.seed, watching)
+    source = read_source(request.source, request.settings, request.seed, watching, request.mapping)
     with ExitStack() as stack:
         listeners: list[Callable[[Event], None]] = []
         for event in _course(request, source, stack):

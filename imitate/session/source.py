@@ -11,6 +11,7 @@ from imitate.demonstration import Demonstration
 from imitate.errors import FileError
 from imitate.formats.demonstrations import read_demonstration
 from imitate.formats.kind import kind_of, refuse_cloud
+from imitate.formats.mapping import Mapping
 from imitate.settings import Settings
 
 Watching = Callable[[int, int], None]
@@ -33,13 +34,21 @@ class Source:
     lost: dict[str, int] = field(default_factory=dict)
 
 
-def read_source(path: Path, settings: Settings, seed: int, watching: Watching | None = None) -> Source:
+def read_source(
+    path: Path,
+    settings: Settings,
+    seed: int,
+    watching: Watching | None = None,
+    mapping: Mapping | None = None,
+) -> Source:
     """Reads a demonstration, or observes a recording; ``watching`` hears of frames done and frames in all.
+
+    With a ``mapping`` the file is a demonstration, whatever else it holds.
 
     Raises:
         FileError: neither of the two, or damaged.
     """
-    kind = kind_of(path)
+    kind = "demonstration" if mapping else kind_of(path)
     if kind == "session":
         raise FileError(
             path, "is a session", f"Give the demonstration it was learned from, or: imitate replay {path}"
@@ -47,7 +56,7 @@ def read_source(path: Path, settings: Settings, seed: int, watching: Watching | 
     refuse_cloud(path, kind)
     digest = _hash(path)
     if kind == "demonstration":
-        return Source(path.name, digest, read_demonstration(path))
+        return Source(path.name, digest, read_demonstration(path, mapping))
     from imitate.perception.observe import observe  # Open3D takes seconds, and trajectories need none of it
 
     seen = observe(path, settings, seed, watching)

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,7 @@ from hypothesis import strategies as st
 
 from imitate.demonstration import Demonstration
 from imitate.errors import DemonstrationError, FileError, ImitateError
-from imitate.formats.demonstrations import read_demonstration, write_demonstration
+from imitate.formats.demonstrations import SUFFIXES, read_demonstration, write_demonstration
 from imitate.formats.kind import kind_of
 from imitate.geometry import normalised
 
@@ -33,31 +34,54 @@ def same_bits(a: np.ndarray, b: np.ndarray) -> bool:
     return a.shape == b.shape and a.tobytes() == b.tobytes()
 
 
-@pytest.mark.parametrize("suffix", ["npz", "mcap"])
+def with_gaps(written: Demonstration, share: float = 0.4, seed: int = 1) -> Demonstration:
+    """Poses that were not seen, but for two of each body."""
+    rng = np.random.default_rng(seed)
+    hand, objects = np.array(written.hand), np.array(written.objects)
+    for poses in (hand, *np.moveaxis(objects, 1, 0)):
+        unseen = rng.uniform(size=len(poses)) < share
+        unseen[rng.choice(len(poses), 2, replace=False)] = False
+        poses[unseen] = np.nan
+    return replace(written, hand=hand, objects=objects)
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
 def test_what_is_written_is_read(tmp_path: Path, suffix: str) -> None:
     written = demonstration()
-    write_demonstration(written, tmp_path / f"demo.{suffix}")
-    read = read_demonstration(tmp_path / f"demo.{suffix}")
-    assert kind_of(tmp_path / f"demo.{suffix}") == "demonstration"
+    write_demonstration(written, tmp_path / f"demo{suffix}")
+    read = read_demonstration(tmp_path / f"demo{suffix}")
+    assert kind_of(tmp_path / f"demo{suffix}") == "demonstration"
     assert read.object_names == written.object_names
     for field in ("hand", "objects"):
         assert same_bits(getattr(read, field), getattr(written, field)), field
     np.testing.assert_array_equal(read.object_sizes, written.object_sizes)
-    np.testing.assert_allclose(read.t, written.t, atol=0 if suffix == "npz" else 0.5e-9)
+    np.testing.assert_allclose(read.t, written.t, atol=0.5e-9 if suffix == ".mcap" else 0)
 
 
-@settings(max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@pytest.mark.parametrize("suffix", SUFFIXES)
+@settings(max_examples=20, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 @given(
     frames=st.integers(2, 20),
     names=st.lists(st.text("abc xyzäπ_-", min_size=1, max_size=8), min_size=1, max_size=4, unique=True),
     seed=st.integers(0, 2**16),
+    share=st.sampled_from([0.0, 0.3, 0.9]),
 )
-def test_any_demonstration_survives_mcap(tmp_path: Path, frames: int, names: list[str], seed: int) -> None:
-    written = demonstration(frames, tuple(names), seed)
-    write_demonstration(written, tmp_path / "demo.mcap", force=True)
-    read = read_demonstration(tmp_path / "demo.mcap")
+def test_any_demonstration_survives_or_is_refused(
+    tmp_path: Path, suffix: str, frames: int, names: list[str], seed: int, share: float
+) -> None:
+    written = with_gaps(demonstration(frames, tuple(names), seed), share, seed)
+    path = tmp_path / f"demo{suffix}"
+    try:
+        write_demonstration(written, path, force=True)
+    except FileError as error:
+        assert suffix in (".csv", ".parquet")
+        assert "would not be recognised" in str(error)
+        return
+    read = read_demonstration(path)
     assert read.object_names == written.object_names
-    assert same_bits(read.objects, written.objects)
+    np.testing.assert_array_equal(read.hand, written.hand)
+    np.testing.assert_array_equal(read.objects, written.objects)
+    np.testing.assert_allclose(read.t, written.t, atol=0.5e-9)
 
 
 def test_times_in_nanoseconds_survive_exactly(tmp_path: Path) -> None:
@@ -155,8 +179,8 @@ def test_missing_file_and_wrong_content(tmp_path: Path) -> None:
     (tmp_path / "cut.npz").write_bytes(saved(tmp_path / "whole.npz").read_bytes()[:500])
     with pytest.raises(FileError, match=r"cut.npz: is not an NPZ archive"):
         read_demonstration(tmp_path / "cut.npz")
-    with pytest.raises(FileError, match=r"unknown suffix '.csv'. Use .npz or .mcap"):
-        write_demonstration(demonstration(), tmp_path / "demo.csv")
+    with pytest.raises(FileError, match=r"unknown suffix '.xls'. Use .npz, .csv, .parquet or .mcap"):
+        write_demonstration(demonstration(), tmp_path / "demo.xls")
 
 
 def test_content_counts_more_than_the_suffix(tmp_path: Path) -> None:
@@ -172,18 +196,18 @@ def test_every_shared_demonstration_is_read() -> None:
         assert read_demonstration(path).duration > 0.9
 
 
-@pytest.mark.parametrize("suffix", ["npz", "mcap"])
-@settings(max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@pytest.mark.parametrize("suffix", [".npz", ".csv", ".parquet", ".mcap"])
+@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 @given(data=st.data())
 def test_damage_is_always_explained(tmp_path: Path, suffix: str, data: st.DataObject) -> None:
-    whole = tmp_path / f"whole.{suffix}"
+    whole = tmp_path / f"whole{suffix}"
     if not whole.exists():
         write_demonstration(demonstration(), whole)
     changed = bytearray(whole.read_bytes())
     for _ in range(data.draw(st.integers(1, 3))):
         changed[data.draw(st.integers(0, len(changed) - 1))] = data.draw(st.integers(0, 255))
     changed = changed[: data.draw(st.integers(len(changed) // 2, len(changed)))]
-    path = tmp_path / f"damaged.{suffix}"
+    path = tmp_path / f"damaged{suffix}"
     path.write_bytes(changed)
     for read in (read_demonstration, kind_of):
         try:
