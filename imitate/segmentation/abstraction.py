@@ -47,6 +47,35 @@ def best_scores(evidence: Evidence) -> Array:
     return best
 
 
+def total_scores(evidence: Evidence) -> Array:
+    """log Σ_q P(segment, q) (…) over all abstractions: those that `best_scores` takes the best of."""
+    gain = np.logaddexp(evidence.relevance, 0)
+    held = np.maximum(gain.sum(axis=-1, keepdims=True) - gain, 0)
+    with np.errstate(divide="ignore"):
+        something = held + np.log(-np.expm1(-held))  # every set of the other objects but the empty one
+    objects = log_sum(np.logaddexp(something + evidence.holding, evidence.free), axis=-1)
+    return np.asarray(np.logaddexp(objects, evidence.relevance.sum(axis=-1) + evidence.table))
+
+
+def score_under(evidence: Evidence, abstraction: Abstraction, names: Sequence[str]) -> Array:
+    """log P(segment, q) (…) under one abstraction."""
+    held = [names.index(name) for name in abstraction.carried]
+    relevance = np.asarray(evidence.relevance[..., held].sum(axis=-1))
+    if abstraction.reference == TABLE:
+        return relevance + evidence.table
+    close = evidence.holding if held else evidence.free
+    return np.asarray(relevance + close[..., names.index(abstraction.reference)])
+
+
+def log_sum(logs: Array, axis: int) -> Array:
+    """log Σ exp along an axis; −inf where all are."""
+    most = logs.max(axis=axis, keepdims=True)
+    most[most == -np.inf] = 0
+    with np.errstate(divide="ignore"):
+        total = np.log(np.exp(logs - most).sum(axis=axis))
+    return np.asarray(total + most.squeeze(axis))
+
+
 def candidates(evidence: Evidence, names: Sequence[str]) -> tuple[Candidate, ...]:
     """Abstractions of one segment, whose evidence this is, best first.
 

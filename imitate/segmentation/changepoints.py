@@ -1,7 +1,7 @@
 """The most probable cuts of a sequence, exactly, under any score of a segment (Fearnhead & Liu 2007).
 
 With geometric lengths the log posterior is a sum over segments, so the best segmentation is a shortest path
-over all pairs of start and end: O(T²). Where a score knows how much one start can gain on another, starts that
+over all pairs of start and end: O(T²). Where a score knows how much one start can gain on another, those that
 can win no more are left out, which changes nothing in the answer (as PELT does, Killick et al. 2012, but with
 a bound for each two starts in the place of one constant for all).
 """
@@ -26,6 +26,8 @@ the other start to the same end, whatever the end; +inf where no bound is known.
 
 BLOCK = 64
 """ends that are scored together: numpy's calls, not its arithmetic, are what short blocks cost."""
+MARGIN = 25.0
+"""nats by which a start is beaten before sums leave it out: what it would add is less than 1e-10 of them."""
 RIVALS = 64
 """starts against which all others are compared after each block."""
 
@@ -129,3 +131,28 @@ def most_probable_cuts(lattice: Lattice) -> tuple[tuple[int, ...], float]:
     while cuts[-1] > 0:
         cuts.append(int(previous[cuts[-1]]))
     return tuple(reversed(cuts)), float(value[-1]) + lattice.constant
+
+
+def log_sums(lattice: Lattice) -> tuple[Array, Array]:
+    """Forward and backward sums over all segmentations, in logs, for scores summed over a segment's models.
+
+    Returns:
+        (T + 1,) of the segmentations of frames 0…t−1, and of those of frames t…T−1, for each t.
+    """
+    before, after = np.full((2, lattice.frames + 1), -np.inf)
+    before[0] = after[-1] = 0
+    pairs = []
+    for block in lattice.blocks(before, MARGIN):
+        level = before[block.starts]
+        own = len(block.starts) - len(block.ends)
+        for row, end in enumerate(block.ends):
+            reached = level + block.scores[row]
+            most = reached.max()
+            if most > -np.inf:
+                before[end] = level[own + row] = most + np.log(np.exp(reached - most).sum())
+        pairs.append((block.ends, block.starts))
+    for ends, starts in reversed(pairs):
+        scores = lattice.block(ends, starts).scores
+        for row in range(len(ends) - 1, -1, -1):
+            after[starts] = np.logaddexp(after[starts], scores[row] + after[ends[row]])
+    return before, after

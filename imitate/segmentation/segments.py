@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Protocol
@@ -84,10 +84,13 @@ def rankings(
         N rankings.
     """
     score = score_of(demonstration, settings)
-    cuts = np.searchsorted(score.times, boundaries).tolist()
-    if boundaries[-1] >= score.times[-1]:
-        cuts[-1] = len(score.times)
-    return _ranked(cuts, score, demonstration.object_names, settings)
+    return _ranked(frames_at(score.times, boundaries), score, demonstration.object_names, settings)
+
+
+def frames_at(times: Array, boundaries: Sequence[float]) -> tuple[int, ...]:
+    """The frames at which segments start and the last one ends; T for the end of ``times``."""
+    cuts = np.searchsorted(times, boundaries).tolist()
+    return (*cuts[:-1], len(times) if boundaries[-1] >= times[-1] else cuts[-1])
 
 
 def score_of(demonstration: Demonstration, settings: Segmentation, passing: Sequence[Nudge] = ()) -> Score:
@@ -97,11 +100,13 @@ def score_of(demonstration: Demonstration, settings: Segmentation, passing: Sequ
     return RobustScore(demonstration, settings, passing)
 
 
-def lattice_of(score: Score, settings: Segmentation) -> Lattice:
-    """All segments there may be, each under its best abstraction."""
+def lattice_of(
+    score: Score, settings: Segmentation, over: Callable[[Evidence], Array] = best_scores
+) -> Lattice:
+    """All segments there may be, each under its best abstraction or ``over`` all of them."""
     a_second = (len(score.times) - 1) / score.times[-1]
     return Lattice(
-        lambda starts, ends: best_scores(score.evidence(starts, ends)) + score.prior,
+        lambda starts, ends: over(score.evidence(starts, ends)) + score.prior,
         len(score.times),
         max(settings.expected_length * a_second, 1.01),
         max(round(settings.shortest * a_second), 1),
