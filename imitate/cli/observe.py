@@ -1,4 +1,4 @@
-"""`imitate observe`: an RGB-D recording to the poses of the hand and the objects."""
+"""`imitate observe`: an RGB-D recording to the poses of hand and objects, or what a single cloud shows."""
 
 from __future__ import annotations
 
@@ -7,61 +7,146 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from imitate.cli import console
+from imitate.cli import console, observed
 
 if TYPE_CHECKING:
-    from imitate.perception.observe import Observation
+    from imitate.settings import Settings
+
+Text = str | None
 
 
 def observe(
-    recording: Annotated[Path, typer.Argument(metavar="RECORDING", help="An RGB-D recording in MCAP.")],
+    recording: Annotated[
+        Path,
+        typer.Argument(
+            metavar="RECORDING",
+            help="An RGB-D recording (MCAP, or a folder with rgb.txt and depth.txt), or a cloud (PCD, PLY).",
+        ),
+    ],
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", metavar="FILE", help="The demonstration, as .npz or .mcap."),
     ] = None,
+    labels: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.npy",
+            help="For each point of the first view, in input order (pixels row by row): -1 none, 0 table, "
+            "1 the first object, and so on.",
+        ),
+    ] = None,
+    preview: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.png|.mp4", help="What was found, drawn over the first picture or over all."
+        ),
+    ] = None,
+    left_finger: Annotated[
+        Text,
+        typer.Option(metavar="COLOUR", help="A hue's name, #rrggbb, or U,V: a pixel of the first picture."),
+    ] = None,
+    right_finger: Annotated[Text, typer.Option(metavar="COLOUR", help="Likewise.")] = None,
+    colour_topic: Annotated[
+        Text, typer.Option(metavar="TOPIC", help="By default found by its content.")
+    ] = None,
+    depth_topic: Annotated[Text, typer.Option(metavar="TOPIC", help="Likewise.")] = None,
+    calibration_topic: Annotated[
+        Text, typer.Option(metavar="TOPIC", help="Of the colour camera; by default the nearest by name.")
+    ] = None,
+    intrinsics: Annotated[
+        Text, typer.Option(metavar="FX,FY,CX,CY", help="In pixels; K1,K2,P1,P2,K3 may follow.")
+    ] = None,
+    depth_unit: Annotated[
+        float | None,
+        typer.Option(metavar="METRES", help="One step of the depth, or of a cloud: 0.001 for mm."),
+    ] = None,
+    colour_from_depth: Annotated[
+        Text,
+        typer.Option(
+            metavar="X,Y,Z,QX,QY,QZ,QW", help="The depth camera's pose in the colour camera's frame."
+        ),
+    ] = None,
+    pair_within: Annotated[
+        float | None, typer.Option(metavar="SECONDS", help="The most between a frame's colour and its depth.")
+    ] = None,
+    salvage: Annotated[bool, typer.Option(help="Use a damaged recording as far as it can be read.")] = False,
     settings_file: console.SettingsFile = None,
     seed: console.Seed = 0,
     as_json: console.Json = False,
     force: console.Force = False,
 ) -> None:
-    """Follow hand and blocks through a recording.
+    """Find table and objects in the first view, and follow hand and objects through the recording.
 
     Exit code 3 says that something was out of sight for a while; its poses there are missing.
     """
-    from imitate.formats.demonstrations import write_demonstration
-    from imitate.formats.output import refuse_existing
-    from imitate.perception.observe import observe as watch
+    from imitate.formats.kind import kind_of
     from imitate.settings import load_settings
 
-    settings = load_settings(settings_file)
-    if output is not None:
-        refuse_existing(output, force)
+    given = {
+        "left_finger": left_finger,
+        "right_finger": right_finger,
+        "colour_topic": colour_topic,
+        "depth_topic": depth_topic,
+        "calibration_topic": calibration_topic,
+        "intrinsics": _numbers("--intrinsics", intrinsics),
+        "depth_unit": depth_unit,
+        "colour_from_depth": _numbers("--colour-from-depth", colour_from_depth),
+        "pair_within": pair_within,
+        "salvage": salvage or None,
+    }
+    overrides = {"perception": {name: value for name, value in given.items() if value is not None}}
+    settings = load_settings(settings_file, overrides)
+    files = observed.Outputs(output, labels, preview, force)
+    files.check()
+    if kind_of(recording) == "cloud":
+        _observe_cloud(recording, settings, seed, files, as_json)
+    else:
+        _observe_recording(recording, settings, seed, files, as_json)
+
+
+def _observe_cloud(path: Path, settings: Settings, seed: int, files: observed.Outputs, as_json: bool) -> None:
+    from imitate.errors import FileError
+    from imitate.formats.clouds import read_cloud
+    from imitate.perception.look import look
+
+    if files.demonstration is not None:
+        remedy = "Leave out -o: a single cloud shows no movement to be written."
+        raise FileError(files.demonstration, "is not written", remedy)
+    cloud = read_cloud(path, settings.perception.depth_unit)
     with console.progress() as bar:
-        task = bar.add_task(f"observing {recording.name}", total=None)
+        bar.add_task(f"looking at {path.name}", total=None)
+        first = look(str(path), cloud, settings.perception, seed)
+    files.write_labels(first)
+    files.preview_cloud(path, cloud, first)
+    observed.report_view(first, as_json)
+
+
+def _observe_recording(
+    path: Path, settings: Settings, seed: int, files: observed.Outputs, as_json: bool
+) -> None:
+    from imitate.formats.recordings import open_recording
+    from imitate.perception.observe import observe as watch
+
+    recording = open_recording(path, settings.perception)
+    with console.progress() as bar:
+        task = bar.add_task(f"observing {path.name}", total=None)
         seen = watch(
             recording, settings, seed, lambda done, total: bar.update(task, completed=done, total=total)
         )
-    if output is not None:
-        write_demonstration(seen.demonstration, output, force)
-    _report(seen, as_json)
-    for name, frames in seen.lost_frames.items():
-        spans = ", ".join(f"{start:.1f}–{end:.1f}" for start, end in seen.lost[name])
-        console.narrate(f"{name}: not seen in {frames} of {len(seen.demonstration.t)} frames, at {spans} s")
+        files.write_demonstration(seen)
+        files.write_labels(seen.first)
+        files.preview_recording(recording, seen, settings.perception, bar)
+    for note in recording.notes:
+        console.narrate(f"{path}: {note}")
+    observed.report_recording(seen, as_json)
     if seen.lost:
         raise typer.Exit(console.Exit.LOSSY)
 
 
-def _report(seen: Observation, as_json: bool) -> None:
-    d = seen.demonstration
-    if as_json:
-        objects = [
-            {"name": name, "size": d.size_of(name).tolist(), "pose": d.pose_of(name)[0].tolist()}
-            for name in d.object_names
-        ]
-        console.write_json({"frames": len(d.t), "objects": objects, "lost": seen.lost})
-        return
-    console.write(f"{len(d.t)} frames, {d.duration:.1f} s")
-    for name in d.object_names:
-        size = " × ".join(f"{1000 * side:.0f}" for side in d.size_of(name))
-        x, y, z = 1000 * d.pose_of(name)[0, :3]
-        console.write(f"{name}: {size} mm, first at x {x:.0f} y {y:.0f} z {z:.0f} mm")
+def _numbers(option: str, text: str | None) -> tuple[float, ...] | None:
+    from imitate.errors import UsageError
+
+    try:
+        return None if text is None else tuple(float(word) for word in text.replace(",", " ").split())
+    except ValueError:
+        raise UsageError(f"{option} {text!r}: expected numbers with commas between them.") from None

@@ -5,7 +5,7 @@ PCD: pointclouds.org, "The PCD file format" 0.7. PLY: G. Turk, "The PLY polygon 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, Any
 
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imitate.errors import FileError
+from imitate.formats.distances import check_distances
 from imitate.rgbd import PointCloud
 
 _HEADER = 64 * 1024
@@ -38,13 +39,26 @@ _PLY = {
 }
 
 
-def read_cloud(path: Path | str) -> PointCloud:
+def read_cloud(path: Path | str, unit: float = 0.0) -> PointCloud:
     """A cloud from a PCD or PLY file, told apart by its content; points that were not read stay NaN.
 
+    Args:
+        path: the file.
+        unit: metres of 1.0 in it; 0: it should be in metres, which is checked.
+
     Raises:
-        FileError: no such file, neither of the two, cut, or without x, y, z.
+        FileError: no such file, neither of the two, cut, without x, y, z, or plainly not in metres.
     """
     path = Path(path)
+    cloud = _read(path)
+    if unit:
+        return replace(cloud, points=cloud.points * unit)
+    away = np.linalg.norm(cloud.points[~np.isnan(cloud.points[:, 0])], axis=1)
+    check_distances(path, "the cloud", away, 1.0)
+    return cloud
+
+
+def _read(path: Path) -> PointCloud:
     if path.is_dir():
         raise FileError(path, "is a folder", _REMEDY)
     try:

@@ -17,27 +17,36 @@ from imitate.geometry import Array, compose, inverse, rotate
 from imitate.perception.first_view import FirstView
 from imitate.perception.hand import SIDES, finger_poses
 from imitate.perception.observe import Observation
-from imitate.rgbd import Intrinsics, RgbdFrame
+from imitate.rgbd import Intrinsics, PointCloud, RgbdFrame
 from imitate.settings import Perception
 
 Image = NDArray[np.uint8]
-STILLS, FILMS = (".png", ".jpg"), (".mp4",)
 INK = ((255, 255, 255), (255, 64, 220), (64, 220, 255), (255, 160, 32), (140, 255, 100), (170, 140, 255))
 """red green blue of the hand, then of one object after the other, over again where they are more."""
 LOST = (255, 48, 48)
+HEIGHT = 480
+"""pixels; smaller pictures are enlarged, so that names can be read."""
 _EDGES = [(a, b) for a in range(8) for b in range(a + 1, 8) if bin(a ^ b).count("1") == 1]
 _CORNERS = np.array([[(k >> axis & 1) - 0.5 for axis in range(3)] for k in range(8)])
 _ROUND = np.linspace(0, 2 * np.pi, 25)
 
 
 class Sketch:
-    """A picture and the camera that took it; what is drawn is given in the camera's frame."""
+    """A picture and the camera that took it; what is drawn is given in the camera's frame.
+
+    Attributes:
+        image: the picture with all that was drawn, a whole number of times as large.
+    """
 
     def __init__(self, picture: Image, intrinsics: Intrinsics) -> None:
-        self.image = np.array(picture)
+        self._scale = max(1, round(HEIGHT / intrinsics.height))
+        tall, wide = (self._scale * side for side in picture.shape[:2])
+        self.image: Image = np.array(
+            cv2.resize(picture, (wide, tall), interpolation=cv2.INTER_NEAREST), np.uint8
+        )
         self._camera = intrinsics
-        self._width = max(1, round(intrinsics.height / 400))
-        self._letters = max(0.35, intrinsics.height / 1000)
+        self._width = max(1, round(tall / HEIGHT))
+        self._letters = tall / 1000
 
     def line(self, points: Array, ink: tuple[int, int, int]) -> None:
         """Points (N, 3), metres, joined where both ends are in front of the camera; NaN parts them."""
@@ -73,7 +82,7 @@ class Sketch:
         self._words(text, 8, round((row + 1) * 45 * self._letters), ink)
 
     def _words(self, text: str, x: int, y: int, ink: tuple[int, int, int]) -> None:
-        for colour, width in (((0, 0, 0), 3 * self._width), (ink, self._width)):
+        for colour, width in (((0, 0, 0), self._width + 2), (ink, self._width)):
             font = cv2.FONT_HERSHEY_SIMPLEX
             cv2.putText(self.image, text, (x, y), font, self._letters, colour, width, cv2.LINE_AA)
 
@@ -81,7 +90,8 @@ class Sketch:
         i = self._camera
         with np.errstate(invalid="ignore", divide="ignore"):
             z = np.where(points[:, 2] > 0.01, points[:, 2], np.nan)
-            return np.stack([i.fx * points[:, 0] / z + i.cx, i.fy * points[:, 1] / z + i.cy], axis=1)
+            u, v = i.fx * points[:, 0] / z + i.cx, i.fy * points[:, 1] / z + i.cy
+        return (np.stack([u, v], axis=1) + 0.5) * self._scale - 0.5
 
 
 def draw_frame(
@@ -122,6 +132,17 @@ def draw_first_view(picture: Image, intrinsics: Intrinsics, first: FirstView) ->
         sketch.box(pose, thing.block.size, _ink(n + 1))
         sketch.name(f"{thing.name}{' (uncertain)' if thing.uncertain else ''}", pose[:3], _ink(n + 1))
     return sketch.image
+
+
+def picture_of_cloud(cloud: PointCloud) -> Image:
+    """(H, W, 3) the colours of an organised cloud, or greys that are lighter where it is nearer."""
+    shape = cloud.shape or (1, len(cloud.points))
+    if cloud.colour is not None:
+        return cloud.colour.reshape(*shape, 3)
+    z = cloud.points[:, 2]
+    low, high = np.nanpercentile(z, [2, 98])
+    grey = np.nan_to_num(255 * np.clip((high - z) / max(high - low, 1e-6), 0.1, 1))
+    return np.repeat(grey.astype(np.uint8), 3).reshape(*shape, 3)
 
 
 def write_picture(path: Path, image: Image, force: bool = False) -> None:
