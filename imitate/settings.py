@@ -115,7 +115,11 @@ class PolicySettings(_Section):
     """How a movement is written down (the paper, section 5.2 and Appendix B)."""
 
     pose_kernels: int = Field(default=30, ge=2, le=500)
-    """forcing-term kernels of each of the pose's seven channels."""
+    """forcing-term kernels of each of the pose's channels."""
+    form: Literal["hoffmann", "original"] = "hoffmann"
+    """Hoffmann's form of the primitives, or Schaal's original one (the paper, Appendix B)."""
+    orientation: Literal["quaternion", "log"] = "quaternion"
+    """orientation's channels: the quaternion's four (the paper), or three of its logarithm (Ude 2014)."""
     phase_decay: float = Field(default=4.6, gt=0, le=20)
     """the phase ends at exp(−phase_decay): 0.01."""
     stiffness: float = Field(default=50.0, gt=4, le=500)
@@ -155,14 +159,24 @@ class Learning(_Section):
     """U; with the schedule above 30 trials."""
     eliteness: float = Field(default=10.0, gt=0)
     """h in P ∝ exp(−h(S − min)/(max − min))."""
-    exploration: Literal["constant", "per-kernel"] = "constant"
-    """constant over a rollout and a scalar cost (PI^BB), or per kernel with cost to go (PI²)."""
+    exploration: Literal["constant", "per-kernel", "covariance", "power"] = "constant"
+    """constant over a rollout and a scalar cost (PI^BB), per kernel with cost to go (PI²), constant with a
+    covariance that is adapted (PI²-CMA), or constant with rewards of the best trials ever (PoWER)."""
     pose_noise: float = Field(default=0.02, ge=0)
     """standard deviation, as a share of the mean absolute pose weight."""
     gripper_noise: float = Field(default=40.0, ge=0)
     """N, standard deviation; where the phase falls evenly, 40 found a grasp more often than 60."""
     least_noise: float = Field(default=0.1, ge=0, le=1)
-    """the factor max(least_noise, (U − i − 1)/U) scales the noise at update i."""
+    """the factor max(least_noise, (U − i − 1)/U) scales the noise at update i; with "covariance", no
+    direction has less than this share of the first noise."""
+    covariance_rate: float = Field(default=0.3, ge=0, le=1)
+    """share of the covariance that an update takes from its trials (Stulp & Sigaud 2012 take 0.2 to 0.5)."""
+    reward_cost: float = Field(default=20.0, gt=0)
+    """PoWER's reward is exp(−cost / this); the paper's C."""
+    goal_noise: float = Field(default=0.0, ge=0)
+    """m, standard deviation of the goal's position, which is then learned; the authors' robot had 0.03."""
+    goal_turn_noise: float = Field(default=0.0, ge=0)
+    """of each component of the goal's quaternion, likewise; the authors' robot had 0.07."""
     terminal_first: bool = True
     """until a trial succeeds only the terminal cost counts, and the noise does not narrow."""
     converged_below: float = Field(default=3.0, ge=0)

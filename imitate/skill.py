@@ -119,7 +119,8 @@ class Policy:
         duration: seconds.
         start: (7,) pose of the hand in the reference's frame as shown; settles the sign of quaternions alone.
         goal: (7,) pose of the hand in the reference's frame.
-        pose_weights: (n, 7) forcing-term weights in the reference's frame.
+        pose_weights: forcing-term weights in the reference's frame, (n, 7) of position and quaternion or
+            (n, 6) of position and rotation vector to the goal.
         gripper_weights: (m,) newtons; empty when the gripper is not an action and holds its last command.
         pose_noise, gripper_noise: like the weights, or empty; each kernel's is added while that kernel is the
             most active one (PI² with per-kernel noise).

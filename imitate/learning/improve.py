@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imitate.events import Converged, Evaluated, Event, PolicyUpdated, Purpose, TrialFinished
-from imitate.learning.exploration import improved, sample
+from imitate.learning.exploration import adapted, first_spread, improved, sample
 from imitate.learning.option import Success
 from imitate.learning.problem import Problem, cost_of, failure_of
 from imitate.learning.trials import Task, Trials, perturbed_starts
@@ -60,6 +60,7 @@ class Improvement:
         self.problem = problem
         self.prefix = prefix
         self.mean = mean
+        self.spread = first_spread(mean, trials.settings)
         self.trials = trials
         self.settings: Settings = trials.settings
         self.seed = seed
@@ -125,7 +126,7 @@ class Improvement:
         factor = noise_factor(self.update, s.updates, s.least_noise) if narrowing else 1.0
         rng = np.random.default_rng(self._seed(0, self.update))
         count = s.rollouts - 1 if self.update else s.first_rollouts - len(self.tried)
-        noisy = [sample(self.mean, rng, factor, self.settings) for _ in range(count)]
+        noisy = [sample(self.mean, rng, factor, self.settings, self.spread) for _ in range(count)]
         return [self.mean, *noisy] if self.update else noisy
 
     def _explore(self, start: Start, batch: Sequence[Policy]) -> Generator[Event, None, float]:
@@ -225,7 +226,9 @@ class Improvement:
         earlier = sorted(self.tried[:-size], key=self._value)[: s.reused]
         used = earlier + self.tried[-size:]
         costs = [self._value(tried) for tried in used]
-        self.mean = improved(self.mean, used, costs, self.settings)
+        before = self.mean
+        self.mean = improved(before, used, costs, self.settings)
+        self.spread = adapted(self.spread, before, used, costs, self.settings)
         return PolicyUpdated(*self._id, self.update + 1, self.mean, min(t.cost.total for t in used))
 
     def _last_word(self) -> Generator[Event, None, Learned]:

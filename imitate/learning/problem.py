@@ -11,6 +11,7 @@ from imitate.errors import ImitateError
 from imitate.geometry import Array, align_signs, angle_between, relative, resample
 from imitate.learning.placement import Placement, misplaced, placements, resting, trajectory_of
 from imitate.policy.dmp import imitate, response
+from imitate.policy.orientation import CHANNELS, to_channels
 from imitate.record import TrialRecord
 from imitate.settings import Learning, Settings
 from imitate.skill import CostTerms, Formulation, Policy, Segment
@@ -58,14 +59,15 @@ def formulate(
 
     hand = align_signs(seen(HAND))
     s = settings.policy
-    shape = response(ticks, s.pose_kernels, s.phase_decay, s.stiffness)
+    shape = response(ticks, s.pose_kernels, s.phase_decay, s.stiffness, s.form == "original")
+    channels = to_channels(hand, hand[-1], CHANNELS[s.orientation])
     gripper = s.gripper_kernels if "gripper" in formulation.actions else 0
     policy = Policy(
         reference=abstraction.reference,
         duration=ticks / settings.world.control_rate,
         start=hand[0],
         goal=hand[-1],
-        pose_weights=imitate(shape, hand, hand[-1]),
+        pose_weights=imitate(shape, channels, channels[-1]),
         gripper_weights=np.zeros(gripper),
     )
     return Problem(

@@ -5,7 +5,11 @@ Hoffmann's form, with the phase x fixed in advance::
     τż = α(β(g − y) − z) − αβ(g − y₀)x + αβ f,   τẏ = z,   τẋ = −a x,   f = x·Σψᵢwᵢ / Σψᵢ
 
 is linear in the weights: y = y₀ + b·(g − y₀) + Φw, with b and Φ the responses to a unit goal and to unit
-weights. Φ is computed once for a length and reused for every rollout.
+weights. Φ is computed once for a length and used for every rollout.
+
+The original form (Schaal) is the same without the term in x, and with f scaled by (g − y₀) over what that was
+in the demonstration: it blows up where that was small, and turns the movement round where its sign changes
+(Appendix B).
 """
 
 from __future__ import annotations
@@ -40,7 +44,7 @@ class Response:
 
 
 @lru_cache(maxsize=64)
-def response(samples: int, kernels: int, decay: float, stiffness: float) -> Response:
+def response(samples: int, kernels: int, decay: float, stiffness: float, original: bool = False) -> Response:
     """The response over ``samples`` equal steps of a movement of unit duration.
 
     Args:
@@ -48,6 +52,7 @@ def response(samples: int, kernels: int, decay: float, stiffness: float) -> Resp
         kernels: n, centred at equal times.
         decay: a, phase rate over the movement: x ends at exp(−a); 0 for a phase that falls evenly to 0.
         stiffness: α per duration; β = α/4 damps critically.
+        original: Schaal's form, whose goal pulls with its whole strength from the start.
     """
     time = np.linspace(0, 1, samples)
     phase = _phase(time, decay)
@@ -55,7 +60,7 @@ def response(samples: int, kernels: int, decay: float, stiffness: float) -> Resp
     spring = stiffness * stiffness / 4  # αβ
     forcing = spring * phase[:, None] * activations
     most_active = activations == activations.max(axis=1, keepdims=True)
-    pull = spring * (1 - phase)
+    pull = spring * (np.ones(samples) if original else 1 - phase)
     driven = _second_order(np.column_stack([pull, forcing, forcing * most_active]), samples, stiffness)
     return Response(
         goal=read_only(driven[:, 0]),
@@ -83,6 +88,11 @@ def _second_order(drive: Array, samples: int, stiffness: float) -> Array:
     numerator = [0.0, 0.0, a * a]
     denominator = [1.0, a * stiffness - 2, 1 - a * stiffness + (a * stiffness) ** 2 / 4]
     return np.asarray(lfilter(numerator, denominator, drive, axis=0))
+
+
+def scaling(start: Array, goal: Array, shown: Array) -> Array:
+    """The original form's factor (D,) on the weights: (g − y₀) over what was ``shown``; 1 where that is 0."""
+    return np.divide(goal - start, shown, out=np.ones_like(shown), where=shown != 0)
 
 
 def rollout(shape: Response, start: Array, goal: Array, weights: Array, noise: Array | None = None) -> Array:

@@ -51,6 +51,27 @@ def per_kernel_update(noise: Array, cost_to_go: Array, activations: Array, elite
     return np.asarray(np.einsum("nk,knd->nd", blend, noise))
 
 
+def covariance_update(
+    covariance: Array, noise: Array, costs: Array, eliteness: float, rate: float, least: Array
+) -> Array:
+    """PI²-CMA: Σ ← (1 − rate) Σ + rate Σ_k P_k ε_k ε_kᵀ, no direction narrower than ``least``.
+
+    A few rollouts span few directions, so the rest is kept from before (Stulp & Sigaud 2012).
+
+    Args:
+        covariance: Σ (..., n, n).
+        noise: ε (K, ..., n).
+        costs: (K,).
+        rate: 0…1.
+        least: (...) smallest standard deviation along any direction.
+    """
+    p = probabilities(costs, eliteness)
+    seen = np.einsum("k,k...i,k...j->...ij", p, noise, noise)
+    values, vectors = np.linalg.eigh((1 - rate) * covariance + rate * seen)
+    values = np.maximum(values, np.asarray(least)[..., None] ** 2)
+    return np.asarray(np.einsum("...ij,...j,...kj->...ik", vectors, values, vectors))
+
+
 def noise_factor(update: int, updates: int, least: float) -> float:
     """max(least, (U − i − 1)/U): exploration narrows over U updates (authors' code)."""
     return max(least, (updates - update - 1) / updates)

@@ -13,8 +13,9 @@ from itertools import pairwise
 import numpy as np
 
 from imitate.demonstration import TABLE
-from imitate.geometry import IDENTITY, Array, align_signs, compose, normalised, relative
-from imitate.policy.dmp import response, rollout
+from imitate.geometry import IDENTITY, Array, align_signs, compose, relative
+from imitate.policy.dmp import response, rollout, scaling
+from imitate.policy.orientation import to_channels, to_poses
 from imitate.record import Start, TrialRecord
 from imitate.settings import Settings
 from imitate.skill import Policy
@@ -105,9 +106,18 @@ class Simulator:
     def movement(self, policy: Policy, start: Array, ticks: int) -> Array:
         """Poses (ticks, 7) of the hand in the reference's frame from its pose ``start`` (7,) there."""
         s = self.settings.policy
-        shape = response(ticks, len(policy.pose_weights), s.phase_decay, s.stiffness)
+        original = s.form == "original"
+        shape = response(ticks, len(policy.pose_weights), s.phase_decay, s.stiffness, original)
+        channels = policy.pose_weights.shape[1]
         aligned = align_signs(start[None], to=policy.start)[0]
-        return normalised(rollout(shape, aligned, policy.goal, policy.pose_weights, policy.pose_noise))
+        first, last, shown = (
+            to_channels(p, policy.goal, channels) for p in (aligned, policy.goal, policy.start)
+        )
+        weights, noise = policy.pose_weights, policy.pose_noise
+        if original:
+            scale = scaling(first, last, last - shown)
+            weights, noise = scale * weights, scale * noise if len(noise) else noise
+        return to_poses(rollout(shape, first, last, weights, noise), policy.goal)
 
     def forces(self, policy: Policy, ticks: int, last: float) -> Array:
         """The gripper's command (ticks,) in newtons; without a gripper action it stays as it was."""

@@ -8,10 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from records import gripping, moved, still
 
-from imitate.geometry import compose, from_yaw
+from imitate.geometry import angle_between, compose, from_yaw, relative, resample
 from imitate.learning.problem import cost_of, failure_of, formulate
-from imitate.settings import Settings, load_settings
+from imitate.settings import Settings, load_settings, parse_settings
 from imitate.skill import Formulation
+from imitate.world.scene import World, scene_of
+from imitate.world.trial import Simulator
 
 LEARNING = Settings().learning
 
@@ -114,3 +116,22 @@ def test_the_faithful_judgement_is_terminal_cost_below_c(carry_problem, perfect)
         record = moved(perfect, 0, [0, 0, off])
         cost = cost_of(carry_problem, record, False, faithful)
         assert failure_of(carry_problem, record, "", cost, faithful) == says
+
+
+@pytest.mark.parametrize("orientation", ["quaternion", "log"])
+@pytest.mark.parametrize("form", ["hoffmann", "original"])
+def test_the_imitated_policy_moves_as_shown_in_every_form(stacking, form, orientation):
+    demonstration, segments = stacking
+    settings = parse_settings({"policy": {"form": form, "orientation": orientation}})
+    formulation = Formulation(0, 0, segments[0].abstraction, ("pose",), "")
+    policy = formulate(demonstration, segments, formulation, settings).imitated
+    simulator = Simulator(World(scene_of(demonstration, settings.world), settings.world), settings)
+    ticks = round(policy.duration * settings.world.control_rate)
+    path = simulator.movement(policy, policy.start, ticks)
+    at = np.linspace(segments[0].start, segments[0].end, ticks)
+    t = demonstration.t - demonstration.t[0]
+    reference = demonstration.pose_of(segments[0].abstraction.reference)
+    shown = resample(t, relative(reference, demonstration.hand), at)
+    assert np.linalg.norm(path[:, :3] - shown[:, :3], axis=1).max() < 0.005
+    assert np.rad2deg(angle_between(path, shown)).max() < 3
+    assert np.linalg.norm(path[-1, :3] - policy.goal[:3]) < 0.002

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from imitate.geometry import align_signs, resample
-from imitate.policy.dmp import imitate, response, rollout
+from imitate.policy.dmp import imitate, response, rollout, scaling
 
 SAMPLES, KERNELS, DECAY, STIFFNESS = 300, 30, 4.6, 50.0
 weights = arrays(float, (KERNELS, 3), elements=st.floats(-5, 5))
@@ -82,3 +82,52 @@ def test_a_force_with_an_even_phase_falls_evenly_behind_it():
     shape = response(300, 5, 0.0, STIFFNESS)
     force = rollout(shape, np.zeros(1), np.zeros(1), np.full((5, 1), 30.0))[:, 0]
     assert force[150:] == pytest.approx(30 * (shape.phase[150:] + 4 / STIFFNESS), rel=0.02)
+
+
+def test_the_original_form_reaches_its_goal_and_scales_the_movement():
+    original = response(SAMPLES, KERNELS, DECAY, STIFFNESS, original=True)
+    rng = np.random.default_rng(0)
+    w, start = rng.normal(0, 0.2, (KERNELS, 1)), np.zeros(1)
+    one = rollout(original, start, np.ones(1), w)
+    twice = rollout(original, start, np.full(1, 2.0), scaling(start, np.full(1, 2.0), np.ones(1)) * w)
+    np.testing.assert_allclose(twice, 2 * one)
+    assert one[-1, 0] == pytest.approx(1, abs=0.05)
+
+
+def test_the_original_form_turns_the_movement_round_where_hoffmanns_does_not(shape):
+    shown = np.linspace(0, 0.1, SAMPLES)[:, None] + 0.2 * np.sin(np.linspace(0, np.pi, SAMPLES))[:, None]
+    original = response(SAMPLES, KERNELS, DECAY, STIFFNESS, original=True)
+    goal = np.array([-0.1])
+    w = imitate(original, shown, shown[-1])
+    inverted = rollout(original, shown[0], goal, scaling(shown[0], goal, shown[-1] - shown[0]) * w)
+    kept = rollout(shape, shown[0], goal, imitate(shape, shown, shown[-1]))
+    bump = kept[:, 0] - np.linspace(0, -0.1, SAMPLES)
+    assert inverted.min() < -0.15
+    assert bump.max() > 0.1
+    assert bump.min() > -0.03
+
+
+def test_the_original_forms_scale_is_one_where_nothing_was_shown_to_move():
+    assert scaling(np.zeros(2), np.array([0.3, 0.2]), np.array([0.0, 0.1])).tolist() == [1.0, 2.0]
+
+
+@pytest.mark.parametrize("original", [False, True])
+@given(w=weights, start=points, goal=points)
+def test_for_any_weights_the_goal_is_approached_as_time_goes_on(original, w, start, goal):
+    # Unit duration first, then twenty more in which the phase has died out.
+    long = response(21 * SAMPLES, KERNELS, 21 * DECAY, 21 * STIFFNESS, original)
+    assert np.allclose(rollout(long, start, goal, w)[-1], goal, atol=1e-6)
+
+
+@given(w=weights, start=points, goal=points)
+def test_at_its_end_the_goal_is_missed_by_no_more_than_the_response_says(shape, w, start, goal):
+    end = rollout(shape, start, goal, w)[-1]
+    bound = abs(1 - shape.goal[-1]) * np.abs(goal - start) + np.abs(shape.kernels[-1]) @ np.abs(w)
+    assert np.all(np.abs(end - goal) <= bound + 1e-12)
+
+
+@given(w=weights, start=points, goal=points)
+def test_time_scales_nothing_else(w, start, goal):
+    fine, coarse = (response(n, KERNELS, DECAY, STIFFNESS) for n in (2 * SAMPLES - 1, SAMPLES))
+    a, b = rollout(fine, start, goal, w)[::2], rollout(coarse, start, goal, w)
+    assert np.abs(a - b).max() <= 0.02 * max(np.abs(b - start).max(), 1e-9) + 0.02 * np.abs(w).max()

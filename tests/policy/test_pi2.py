@@ -6,7 +6,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from imitate.policy.pi2 import constant_update, noise_factor, per_kernel_update, probabilities
+from imitate.policy.pi2 import (
+    constant_update,
+    covariance_update,
+    noise_factor,
+    per_kernel_update,
+    probabilities,
+)
 
 K = 6
 costs = arrays(float, K, elements=st.floats(0, 100))
@@ -65,3 +71,19 @@ def test_per_kernel_gives_no_credit_for_costs_before_the_kernel_acts():
 @pytest.mark.parametrize(("update", "expected"), [(0, 0.8), (3, 0.2), (4, 0.1), (9, 0.1)])
 def test_noise_narrows_to_its_least(update, expected):
     assert noise_factor(update, 5, 0.1) == pytest.approx(expected)
+
+
+@given(arrays(float, (K, 3), elements=st.floats(-10, 10)), costs, st.floats(0, 1))
+def test_an_adapted_covariance_is_one_and_never_too_narrow(noise, s, rate):
+    adapted = covariance_update(np.eye(3), noise, s, 10.0, rate, np.array(0.1))
+    np.testing.assert_allclose(adapted, adapted.T, atol=1e-9)
+    assert np.linalg.eigvalsh(adapted).min() >= 0.01 - 1e-9
+
+
+def test_the_covariance_turns_to_where_it_was_cheap():
+    rng = np.random.default_rng(0)
+    noise = rng.standard_normal((200, 2))
+    adapted = covariance_update(np.eye(2), noise, np.abs(noise[:, 0]), 10.0, 1.0, np.array(0.01))
+    assert adapted[0, 0] < 0.2 * adapted[1, 1]
+    unchanged = covariance_update(np.eye(2), noise, np.abs(noise[:, 0]), 10.0, 0.0, np.array(0.01))
+    np.testing.assert_allclose(unchanged, np.eye(2), atol=1e-12)
