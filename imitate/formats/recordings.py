@@ -122,5 +122,5 @@ def _jpeg(colour: NDArray[np.uint8]) -> bytes:
 
 def _png(depth: NDArray[np.float32]) -> bytes:
     steps = np.clip(np.round(depth / MILLIMETRE), 0, 65535).astype(np.uint16)
-    _, data = cv2.imencode(".png", steps, [cv2.IMWRITE_PNG_COMPRESSION, 6])
+    _, data = cv2.imencode(".png", steps, [cv2.IMWRITE_PNG_COMPRESSION, 1])
     return data.tobytes()

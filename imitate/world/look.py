@@ -35,9 +35,9 @@ class Look:
 
 
 def draw_look(generator: np.random.Generator) -> Look:
-    """A room by chance: a wooden, grey or pale table, one to three lamps with shadows, mostly a wall."""
+    """A room by chance: a wooden, grey or pale table, one or two lamps with shadows, mostly a wall."""
     lights = []
-    for _ in range(generator.integers(1, 4)):
+    for _ in range(generator.integers(1, 3)):
         around, up = generator.uniform(0, 2 * np.pi), generator.uniform(np.deg2rad(40), np.deg2rad(80))
         x, y, z = np.cos(up) * np.cos(around), np.cos(up) * np.sin(around), np.sin(up)
         ambient, diffuse = generator.uniform(0.45, 0.65), generator.uniform(0.35, 0.55)

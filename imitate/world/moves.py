@@ -55,7 +55,7 @@ class Moves:
         steps = max(2, round(length / self._generator.uniform(*SPEED) / STEP))
         u = np.arange(1, steps + 1) / steps
         path = resample([0, 1], np.stack([start, pose]), minimum_jerk((u - up) / (1 - up - down)))
-        path[:, 2] = start[2] + minimum_jerk(u) * (pose[2] - start[2]) + 16 * rise * (u * (1 - u)) ** 2
+        path[:, 2] = start[2] + minimum_jerk(u) * (pose[2] - start[2]) + 64 * rise * (u * (1 - u)) ** 3
         self._follow(path, np.full(steps, self._opening[-1]))
 
     def hold(self, k: int, opening: float) -> None:

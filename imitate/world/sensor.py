@@ -20,6 +20,8 @@ from imitate.rgbd import Intrinsics
 
 JUMP = 0.015
 """m between neighbouring pixels from which they show different surfaces."""
+NEAREST = 0.05
+"""m below which no depth is computed with."""
 STEEPEST = np.deg2rad(82.0)
 """rad at which the growth of the noise with the angle is cut off; the formulas go to infinity at 90°."""
 Depth = NDArray[np.float32]
@@ -90,10 +92,10 @@ def read_depth(
     deviation = axial_noise(read)
     if sensor.angled and angle is not None:
         steep = np.where(angle > np.pi / 3, angle, 0)
-        deviation += 0.0001 / np.sqrt(read) * steep**2 / (np.pi / 2 - steep) ** 2
+        deviation += 0.0001 / np.sqrt(np.maximum(read, NEAREST)) * steep**2 / (np.pi / 2 - steep) ** 2
     read += deviation * generator.standard_normal(read.shape)
     if sensor.step:
-        read = 1 / (sensor.step * np.maximum(np.round(1 / (sensor.step * np.maximum(read, 0.05))), 1))
+        read = 1 / (sensor.step * np.maximum(np.round(1 / (sensor.step * np.maximum(read, NEAREST))), 1))
     blind = (read < sensor.shortest) | (read > sensor.longest)
     if sensor.baseline:
         blind |= shadowed(true, i.fx * sensor.baseline)
@@ -103,7 +105,9 @@ def read_depth(
     if sensor.holes:
         blind |= generator.random(read.shape, np.float32) < sensor.holes
     if sensor.dark or sensor.glare <= 1:
-        blind |= (colour.max(axis=-1) < 255 * sensor.dark) | (colour.min(axis=-1) > 255 * sensor.glare)
+        red, green, blue = np.moveaxis(colour, -1, 0)
+        blind |= np.maximum(np.maximum(red, green), blue) < 255 * sensor.dark
+        blind |= np.minimum(np.minimum(red, green), blue) > 255 * sensor.glare
     read[blind] = 0
     return read.astype(np.float32)
 

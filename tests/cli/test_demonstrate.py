@@ -1,9 +1,11 @@
 """imitate demonstrate: a recording, or one message."""
 
+import json
+
 import pytest
 
 from imitate.cli import main
-from imitate.formats.demonstrations import write_demonstration
+from imitate.formats.demonstrations import read_demonstration, write_demonstration
 from imitate.formats.recordings import open_recording
 
 
@@ -55,6 +57,10 @@ def test_films_and_never_overwrites(moment, tmp_path, capfd):
     [
         (("stak",), 2, "unknown task 'stak'. Did you mean 'stack'?"),
         (("stack", "--size", "big"), 2, "--size 'big': expected WIDTHxHEIGHT"),
+        (("stack", "--viewpoint", "10,45"), 2, "--viewpoint '10,45': expected front, any, or azimuth"),
+        (("stack", "--viewpoint", "10,95,1"), 2, "an elevation of 5 to 85 degrees"),
+        (("stack", "--sensor", "kinnect"), 2, "unknown sensor 'kinnect'. Did you mean 'kinect'"),
+        (("stack", "--room", "dark"), 2, "unknown room 'dark'"),
         (("stack", "--demonstration", "none.npz"), 1, "none.npz: no such file"),
     ],
 )
@@ -62,3 +68,36 @@ def test_what_is_wrong_is_said(tmp_path, capfd, words, code, message):
     assert run("demonstrate", *words, "-o", tmp_path / "x.mcap") == code
     assert message in capfd.readouterr().err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_truth_is_written_beside(tmp_path, capfd):
+    film, truth = tmp_path / "push.mcap", tmp_path / "push.npz"
+    words = (
+        "demonstrate",
+        "push",
+        "-o",
+        film,
+        "--truth",
+        truth,
+        "--size",
+        "96x72",
+        "--rate",
+        "2",
+        "--seed",
+        2,
+    )
+    assert run(*words, "--viewpoint", "any", "--room", "any") == 0
+    real, count = read_demonstration(truth), open_recording(film).count
+    assert len(real.t) == count and len(real.object_names) == 2
+    skills = json.loads((tmp_path / "push.json").read_text())["segments"]
+    pushed, target = real.object_names
+    assert [(s["relevant"], s["reference"]) for s in skills] == [
+        (["hand"], pushed),
+        (["hand", pushed], target),
+        (["hand"], pushed),
+    ]
+    assert skills[0]["start"] == 0 and skills[1]["start"] == skills[0]["end"]
+    before = truth.read_bytes()
+    assert run(*words[:3], tmp_path / "other.mcap", *words[4:]) == 1
+    assert "push.npz: exists already" in capfd.readouterr().err
+    assert truth.read_bytes() == before and not (tmp_path / "other.mcap").exists()
