@@ -44,12 +44,8 @@ def block_of_cluster(points: Array) -> Block:
     return Block(np.array([*sides, height]), from_yaw([x, y, height / 2], yaw))
 
 
-def fit_block(
-    first: Block, pixels: Pixels, own: Mask, noise: float, generator: np.random.Generator
-) -> tuple[Block, Array]:
+def fit_block(first: Block, pixels: Pixels, own: Mask, noise: float, generator: np.random.Generator) -> Block:
     """The block near ``first``, standing on the table, that agrees best with what was seen.
-
-    Also the (3,) standard deviation of its size, metres: the particles' spread.
 
     Args:
         first: from `block_of_cluster`.
@@ -72,4 +68,4 @@ def fit_block(
     guesses = _FIRST_GUESS * generator.standard_normal((PARTICLES, 6))
     best = anneal(guesses, score, LAYERS, generator)
     poses, sizes = block(best.mean[None])
-    return Block(sizes[0], poses[0]), best.deviation[3:]
+    return Block(sizes[0], poses[0])

@@ -8,8 +8,8 @@ import numpy as np
 
 from imitate.geometry import Array, conjugate, rotate
 from imitate.perception.colour import hues
-from imitate.perception.first_view import ROOM, Table
 from imitate.perception.shapes import Float, Mask, Pixels
+from imitate.perception.tabletop import ROOM, Table
 from imitate.rgbd import Intrinsics, RgbdFrame
 
 Window = tuple[slice, slice]

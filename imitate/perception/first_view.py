@@ -7,41 +7,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
-from imitate.geometry import Array, inverse, read_only, rotate
+from imitate.geometry import Array, read_only
 from imitate.perception.block import Block, block_of_cluster, fit_block
-from imitate.perception.colour import HUES, dominant_hue, hues, is_hue
+from imitate.perception.colour import HUES, dominant_hue, hues
+from imitate.perception.doubt import EDGE, doubt, size_deviation
+from imitate.perception.fingers import FingerColours, finger_colours, worn
 from imitate.perception.shapes import Float, Mask, Pixels, box_depth
-from imitate.perception.tabletop import PLANE, clusters, find_table
+from imitate.perception.tabletop import GATE, Table, find_table
+from imitate.perception.things import find_things, on_table, spacing
 from imitate.settings import Perception
 
-ROOM = 0.5
-"""m above the table in which objects are looked for."""
-OUTSIDE = 0.1
-"""share of an object's points off the fitted block's visible faces, from which the block is uncertain."""
-
-
-@dataclass(frozen=True)
-class Table:
-    """The plane that things stand on.
-
-    Attributes:
-        plane: (4,) a b c d with a·x + b·y + c·z + d = 0 in the camera's frame; (a b c) a unit normal
-            towards the camera.
-        inliers: points on it.
-        table_from_camera: (7,) the table's frame: z up, z = 0 on it, x away from the camera.
-        low, high: (2,) its extent in its own x and y, metres.
-    """
-
-    plane: Array
-    inliers: int
-    table_from_camera: Array
-    low: Array
-    high: Array
-
-    def __post_init__(self) -> None:
-        for name in ("plane", "table_from_camera", "low", "high"):
-            object.__setattr__(self, name, read_only(getattr(self, name)))
+AROUND = 0.07
+"""m around a thing, as far as what is seen there says where it ends."""
 
 
 @dataclass(frozen=True)
@@ -75,11 +54,19 @@ class SeenObject:
 
 @dataclass(frozen=True)
 class FirstView:
-    """Table, objects, and ``labels``: per point given −1 (none), 0 (table) or 1 … (objects, in order)."""
+    """What was found.
+
+    Attributes:
+        table: what things stand on.
+        objects: by name.
+        labels: (N,) of the points given: −1 none, 0 table, 1 … objects in order.
+        fingers: the colours of the hand's fingers; None where the view has no colour.
+    """
 
     table: Table
     objects: tuple[SeenObject, ...]
     labels: NDArray[np.int32]
+    fingers: FingerColours | None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "labels", read_only(self.labels, np.int32))
@@ -90,7 +77,7 @@ def first_view(
     colour: NDArray[np.uint8] | None,
     settings: Perception,
     seed: int,
-    shape: tuple[int, int] | None = None,  # noqa: ARG001
+    shape: tuple[int, int] | None = None,
 ) -> FirstView:
     """Find the table and the objects in one view without motion (the paper, Appendix A).
 
@@ -103,51 +90,40 @@ def first_view(
 
     Raises:
         ImitateError: no table in it.
+        UsageError: a finger's colour in the settings cannot be resolved.
     """
     generator = np.random.default_rng(seed)
     points = np.asarray(points, float)
-    read = np.isfinite(points).all(axis=1) & (points[:, 2] > 0)
-    hue = _hues(colour, len(points))
-    hand = is_hue(hue, settings.left_finger) | is_hue(hue, settings.right_finger)
-    table = _table(points[read], seed)
-    placed = np.full_like(points, np.nan)
-    placed[read] = table.table_from_camera[:3] + rotate(table.table_from_camera[3:], points[read])
-    over = _over(placed, table)
+    seen = np.flatnonzero(np.isfinite(points).all(axis=1) & (points[:, 2] > 0))
+    table = find_table(points[seen], seed)
+    hue, sides, fingers = _coloured(colour, settings, len(points), shape)
     labels = np.full(len(points), -1, np.int32)
-    labels[over & (np.abs(placed[:, 2]) < PLANE)] = 0
+    labels[seen[on_table(points[seen], table)]] = 0
+    noise = float(table.noise(np.array(np.median(points[seen, 2]))))
+    free = seen[~worn(points[seen], sides[seen], settings, noise)]
+    placed = table.placed(points[seen])
+    pixels = _pixels(placed, points[seen], hue[seen], table)
     found = []
-    for own in clusters(placed, over & ~hand):
-        name = "object" if colour is None else dominant_hue(hue[own])
-        found.append((name, own))
+    for part in find_things(points[free], table):
+        own = free[part]
+        found.append(("object" if colour is None else dominant_hue(hue[own]), own))
     found.sort(key=lambda pair: pair[0])
     objects = []
     for k, (name, own) in enumerate(found):
         labels[own] = k + 1
-        pixels = _pixels(placed[read], points[read], hue[read], table)
-        objects.append(_measured(name, pixels, labels[read] == k + 1, settings, generator))
-    return FirstView(table, tuple(_numbered(objects)), labels)
+        objects.append(_measured(name, pixels, labels[seen] == k + 1, table, settings, generator))
+    return FirstView(table, tuple(_numbered(objects)), labels, fingers)
 
 
-def _hues(colour: NDArray[np.uint8] | None, count: int) -> Float:
+def _coloured(
+    colour: NDArray[np.uint8] | None, settings: Perception, count: int, shape: tuple[int, int] | None
+) -> tuple[Float, NDArray[np.int8], FingerColours | None]:
+    """Hues (N,), which finger's colour each point has (N,), and the fingers' colours."""
     if colour is None:
-        return np.full(count, np.nan, np.float32)
-    return np.asarray(hues(colour[None])[0])
-
-
-def _table(points: Array, seed: int) -> Table:
-    table_from_camera = find_table(points, seed)
-    camera_from_table = inverse(table_from_camera)
-    normal = rotate(camera_from_table[3:], [0, 0, 1.0])
-    placed = table_from_camera[:3] + rotate(table_from_camera[3:], points)
-    on = np.abs(placed[:, 2]) < PLANE
-    low, high = np.percentile(placed[on, :2], [0.5, 99.5], axis=0)
-    plane = np.append(normal, -normal @ camera_from_table[:3])
-    return Table(plane, int(on.sum()), table_from_camera, low, high)
-
-
-def _over(placed: Array, table: Table) -> Mask:
-    inside = np.all((placed[:, :2] > table.low) & (placed[:, :2] < table.high), axis=1)
-    return np.asarray(inside & (placed[:, 2] < ROOM))
+        return np.full(count, np.nan, np.float32), np.zeros(count, np.int8), None
+    picture = colour.reshape(*(shape or (1, count)), 3)
+    fingers = finger_colours(settings, picture if shape else None)
+    return hues(picture).reshape(-1), fingers.sides(picture).reshape(-1), fingers
 
 
 def _pixels(placed: Array, points: Array, hue: Float, table: Table) -> Pixels:
@@ -158,18 +134,22 @@ def _pixels(placed: Array, points: Array, hue: Float, table: Table) -> Pixels:
 
 
 def _measured(
-    name: str, pixels: Pixels, own: Mask, settings: Perception, generator: np.random.Generator
+    name: str, pixels: Pixels, own: Mask, table: Table, settings: Perception, generator: np.random.Generator
 ) -> SeenObject:
-    placed = pixels.points()
-    rough = block_of_cluster(placed[own])
-    reach = float(np.linalg.norm(rough.size))
-    near = np.flatnonzero(np.linalg.norm(placed - rough.pose[:3], axis=1) < reach)
-    near = near[:: max(1, len(near) // (4 * settings.pixels))]
-    block, deviation = fit_block(rough, pixels.where(near), own[near], settings.depth_noise / 2, generator)
-    seen = pixels.where(np.flatnonzero(own))
-    away = np.abs(box_depth(seen, block.pose[None], block.size)[0] - seen.depth)
-    outside = float(np.mean(~(away < 3 * settings.depth_noise)))
-    reason = f"{outside:.0%} of its points lie off one block's faces" if outside > OUTSIDE else ""
+    rough = block_of_cluster(pixels.points()[own])
+    depth = np.median(pixels.depth[own]).astype(float)
+    noise, edge = float(table.noise(depth)), EDGE * table.scatter * depth
+    around = np.isfinite(box_depth(pixels, rough.pose[None], rough.size + 2 * AROUND)[0])
+    near = generator.permutation(np.flatnonzero(around))[: 4 * settings.pixels]
+    tree = cKDTree(pixels.points()[own])
+    tolerance = GATE * noise + spacing(np.asarray(tree.data))
+    # Where a thing meets the table, or another thing, a pixel could be either's: it is no evidence.
+    away, _ = tree.query(pixels.where(near).points(), distance_upper_bound=tolerance)
+    near = near[own[near] | ~np.isfinite(away)]
+    clear, mine = pixels.where(near), own[near]
+    block = fit_block(rough, clear, mine, noise, generator)
+    reason = doubt(block, clear, mine, tolerance)
+    deviation = size_deviation(block, clear, mine, noise, edge)
     return SeenObject(name, block, deviation, bool(reason), reason, int(own.sum()))
 
 

@@ -1,68 +1,109 @@
-"""Table and clusters in real Kinect scenes; open3d missing is said in test_observe."""
-
-from pathlib import Path
+"""The table in made-up views: frame, which of several planes it is. Without open3d: test_observe."""
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from imitate.errors import ImitateError
 from imitate.geometry import inverse, rotate
-from imitate.perception.tabletop import ABOVE, PLANE, clusters, find_table, open3d
-
-SCENES = Path(__file__).parents[3] / "shared" / "data" / "tabletop"
-
-
-def scene(name):
-    """(points (N, 3), labels (N,)) with a reading; label 1–9 table, else object = label // 10."""
-    path = SCENES / f"mosd_{name}.pcd"
-    if not path.exists():
-        pytest.skip("needs ../shared/data/tabletop, real scenes that are not ours to copy")
-    cloud = open3d().t.io.read_point_cloud(str(path))
-    points, labels = cloud.point.positions.numpy().astype(float), cloud.point["label"].numpy().ravel()
-    read = np.isfinite(points).all(axis=1) & (points[:, 2] > 0)
-    return points[read], labels[read].astype(int)
+from imitate.perception.noise import BEST, kinect_noise, scatter
+from imitate.perception.tabletop import find_table
 
 
-@pytest.mark.parametrize("name", ["learn0", "learn1", "learn5", "learn10"])
-def test_real_boxes_apart(name):
-    points, labels = scene(name)
-    table_from_camera = find_table(points, seed=0)
-    placed = table_from_camera[:3] + rotate(table_from_camera[3:], points)
-    table = (labels >= 1) & (labels <= 9)
-    assert np.median(np.abs(placed[table, 2])) < 0.002
-    low, high = np.percentile(placed[np.abs(placed[:, 2]) < PLANE], [0.5, 99.5], axis=0)[:, :2]
-    over = np.all((placed[:, :2] > low) & (placed[:, :2] < high), axis=1) & (placed[:, 2] < 0.5)
-    found = clusters(placed, over)
-    real = sorted(set(labels[labels >= 10] // 10))
-    assert sorted(np.bincount(labels[k] // 10).argmax() for k in found) == real
-    for indices in found:
-        counts = np.bincount(labels[indices] // 10)
-        assert counts.max() / len(indices) > 0.95
-        assert counts.max() / np.sum(labels // 10 == counts.argmax()) > 0.8
+def seen(surfaces, pitch, roll=0.0, height=0.7, seed=0):
+    """Points (N, 3) of a 160×120 camera that looks at the origin from ``height`` m, with a Kinect's noise.
+
+    ``surfaces`` are (corner, edge, edge) parallelograms in a frame with z up.
+    """
+    right, forward = np.array([0, -1.0, 0]), np.array([np.cos(pitch), 0, -np.sin(pitch)])
+    level = Rotation.from_matrix(np.stack([right, np.cross(forward, right), forward], axis=1))
+    from_camera = level * Rotation.from_euler("z", roll)
+    eye = -from_camera.apply([0, 0, 1.0]) * height
+    u, v = np.meshgrid(np.arange(160), np.arange(120))
+    rays = np.stack([(u - 79.5) / 131, (v - 59.5) / 131, np.ones_like(u)], axis=-1).reshape(-1, 3)
+    steps = from_camera.apply(rays)
+    depth = np.full(len(rays), np.inf)
+    for corner, a, b in surfaces:
+        solved = np.linalg.solve(
+            np.stack([np.broadcast_to(a, steps.shape), np.broadcast_to(b, steps.shape), -steps], axis=-1),
+            np.broadcast_to(eye - corner, steps.shape)[..., None],
+        )[..., 0]
+        hit = np.all((solved[:, :2] >= 0) & (solved[:, :2] <= 1), axis=1) & (solved[:, 2] > 0)
+        depth = np.where(hit, np.minimum(depth, solved[:, 2]), depth)
+    kept = np.isfinite(depth)
+    rays, depth = rays[kept], depth[kept]
+    depth += kinect_noise(depth) * np.random.default_rng(seed).standard_normal(len(depth))
+    return rays * depth[:, None], from_camera, eye
+
+
+def box(x, y, size, z=0.0):
+    a, b, c = np.diag(size).astype(float)
+    low = np.array([x, y, z]) - [size[0] / 2, size[1] / 2, 0]
+    return [(low, a, b), (low + c, a, b), (low, a, c), (low + b, a, c), (low, b, c), (low + a, b, c)]
+
+
+def flat(width, depth, x=0.0, y=0.0, z=0.0):
+    return [
+        (np.array([x - width / 2, y - depth / 2, z]), np.array([width, 0, 0.0]), np.array([0, depth, 0.0]))
+    ]
+
+
+WALL = [(np.array([0.35, -2, -0.7]), np.array([0, 4.0, 0]), np.array([0, 0, 2.5]))]
+FLOOR = flat(6, 6, z=-0.7)
+THINGS = box(-0.05, 0.08, (0.04, 0.06, 0.05)) + box(0.05, -0.08, (0.05, 0.05, 0.05))
+
+
+def is_the_table(found, from_camera, eye):
+    """Whether a table is the plane z = 0, facing up."""
+    normal = from_camera.as_matrix() @ found.plane[:3]
+    return normal[2] > np.cos(np.deg2rad(1.5)) and abs(found.plane[3] - eye[2]) < 0.005
+
+
+@pytest.mark.parametrize("pitch", [30, 45, 70])
+@pytest.mark.parametrize("roll", [0, 25, -90])
+@pytest.mark.parametrize("around", ["floor", "wall"])
+def test_a_small_table_with_things_before_larger_planes(pitch, roll, around):
+    surfaces = flat(0.4, 0.5) + THINGS + (FLOOR if around == "floor" else WALL)
+    points, from_camera, eye = seen(surfaces, np.deg2rad(pitch), np.deg2rad(roll), height=1.0)
+    assert is_the_table(find_table(points, seed=0), from_camera, eye)
+
+
+def test_without_things_the_largest_plane_is_the_table():
+    points, from_camera, eye = seen(flat(1.2, 1.0) + WALL, np.deg2rad(50))
+    assert is_the_table(find_table(points, seed=0), from_camera, eye)
 
 
 def test_frame_is_right_handed_with_z_up_and_x_away():
-    generator = np.random.default_rng(0)
-    flat = np.stack([generator.uniform(-0.4, 0.4, 5000), generator.uniform(-0.3, 0.3, 5000)], axis=1)
-    tilt = np.array([np.sin(1.0), 0, 0, np.cos(1.0)])  # a camera that looks forward and down
-    points = np.array([0, 0, 0.9]) + rotate(tilt, np.column_stack([flat, np.zeros(5000)]))
-    camera_from_table = inverse(find_table(points, seed=0))
-    np.testing.assert_allclose(camera_from_table[:3], [0, 0, 0.9], atol=0.01)
+    points, _, _ = seen(flat(0.4, 0.4), np.deg2rad(57))
+    camera_from_table = inverse(find_table(points, seed=0).table_from_camera)
+    np.testing.assert_allclose(camera_from_table[:3], [0, 0, 0.7], atol=0.01)
     x, y, z = (rotate(camera_from_table[3:], axis) for axis in np.eye(3))
     assert x[2] > 0 and y[0] < -0.99 and z[1] < 0
     np.testing.assert_allclose(np.cross(x, y), z, atol=1e-9)
 
 
-def test_clusters_ignore_the_table_itself():
-    generator = np.random.default_rng(1)
-    table = np.column_stack([generator.uniform(-0.3, 0.3, (4000, 2)), generator.normal(0, 0.002, 4000)])
-    things = [
-        np.array([x, 0, 0]) + generator.uniform(0, 0.04, (900, 3)) + [0, 0, ABOVE] for x in (-0.1, 0, 0.1)
-    ]
-    found = clusters(np.concatenate([table, *things]), np.ones(4000 + 2700, bool))
-    assert sorted(len(set((k - 4000) // 900)) for k in found) == [1, 1, 1]
+def test_outline_holds_the_tabletop_and_no_more():
+    points, _, _ = seen(flat(0.4, 0.5), np.deg2rad(50))
+    table = find_table(points, seed=0)
+    assert table.reaches(np.array([[0.19, 0.24, 0], [-0.19, -0.24, 0.1]])).all()
+    assert not table.reaches(np.array([[0.3, 0, 0], [0, -0.4, 0], [0.26, 0.3, 0]])).any()
+
+
+def test_noise_is_measured_as_a_multiple_of_a_kinects():
+    generator = np.random.default_rng(0)
+    depth = generator.uniform(0.5, 2, 20000)
+    for times in (0.5, 1.0, 2.5):
+        residuals = times * kinect_noise(depth) * generator.standard_normal(20000)
+        residuals[:4000] += 0.3  # something else
+        assert scatter(residuals, depth) == pytest.approx(times, rel=0.35)
+    assert scatter(np.zeros(10), np.ones(10)) == BEST
 
 
 def test_too_few_readings():
     with pytest.raises(ImitateError, match="only 10 pixels have a depth"):
         find_table(np.zeros((10, 3)), seed=0)
+
+
+def test_no_plane():
+    with pytest.raises(ImitateError, match="no table"):
+        find_table(np.random.default_rng(0).uniform([-1, -1, 1], [1, 1, 3], (3000, 3)), seed=0)

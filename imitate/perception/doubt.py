@@ -1,0 +1,105 @@
+"""What speaks against a fitted block, and how far each of its faces is known."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from imitate.geometry import Array, compose
+from imitate.perception.block import Block
+from imitate.perception.shapes import Mask, Pixels, agreement, box_depth
+
+OUTSIDE = 0.1
+"""share of a thing's points off the block's faces, from which one block does not account for them."""
+THROUGH = 0.1
+"""pixels that see through the block, as a share of those that show it, likewise."""
+STEPS = np.array([0.0005, 0.001, 0.002, 0.004, 0.008, 0.016, 0.032, 0.064])
+"""m by which a face is moved to see whether that contradicts what was seen."""
+EDGE = 1.5 / 525
+"""rad, standard deviation of where a Kinect sees a depth's edge: a third of its 9-pixel matching window."""
+DROP = 0.5
+"""log-likelihood that one standard deviation costs."""
+_FACES = np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1]])
+
+
+def off_faces(block: Block, points: Array) -> Array:
+    """(N,) distance in metres of points (N, 3) from the block's surface; negative inside it."""
+    turned = Rotation.from_quat(block.pose[3:]).inv().apply(points - block.pose[:3])
+    beyond = np.abs(turned) - block.size / 2
+    outside = np.linalg.norm(np.maximum(beyond, 0), axis=1)
+    return np.asarray(outside + np.minimum(beyond.max(axis=1), 0))
+
+
+def doubt(block: Block, pixels: Pixels, own: Mask, tolerance: float) -> str:
+    """Why one block does not account for what was seen, in words; empty where it does.
+
+    Args:
+        block: fitted to them.
+        pixels: of the block and around it.
+        own: (M,) which of them show the thing.
+        tolerance: metres, what noise and the pixels' width explain.
+    """
+    away = np.abs(off_faces(block, pixels.points()[own]))
+    outside = float(np.mean(away > tolerance))
+    if outside > OUTSIDE:
+        return f"{outside:.0%} of its points lie off the faces of one block"
+    through = seen_through(block, pixels, own, tolerance)
+    if through > THROUGH:
+        return f"the table or something else is seen where one block would be, in {through:.0%} of its pixels"
+    return ""
+
+
+def seen_through(block: Block, pixels: Pixels, own: Mask, tolerance: float) -> float:
+    """Pixels that look through the block, by more than the tolerance, as a share of its own."""
+    core = np.maximum(block.size - 2 * tolerance, 0.001)
+    entered = box_depth(pixels, block.pose[None], core)[0]
+    through = ~own & (pixels.depth > entered + tolerance)
+    return float(through.sum() / max(own.sum(), 1))
+
+
+def size_deviation(block: Block, pixels: Pixels, own: Mask, noise: float, edge: float) -> Array:
+    """(3,) standard deviation of the block's size: how far its faces can move before that is contradicted.
+
+    A face whose end is hidden, by another thing or by the picture's edge, can move far. Errors that
+    neighbours share are not in the likelihood: no face is known better than its depth, where it faces the
+    camera, or than its edge in the picture.
+
+    Args:
+        block: fitted to them.
+        pixels: of the block and around it.
+        own: (M,) which of them show the thing.
+        noise: standard deviation of their depth, metres.
+        edge: standard deviation of where its edges are seen, metres.
+    """
+    best = _scores(block, _FACES[0], np.zeros(1), pixels, own, noise)[0]
+    variance = np.zeros(3)
+    for face in _FACES:
+        outwards = _reach(best - _scores(block, face, STEPS, pixels, own, noise))
+        inwards = _reach(best - _scores(block, face, -STEPS, pixels, own, noise))
+        shared = _shared(block, face, pixels.origin, noise, edge)
+        variance += np.abs(face) * (max(outwards, inwards) ** 2 + shared**2)
+    return np.asarray(np.sqrt(variance))
+
+
+def _shared(block: Block, face: Array, origin: Array, noise: float, edge: float) -> float:
+    """Standard deviation in metres of where a face lies that no number of pixels makes smaller."""
+    outwards = Rotation.from_quat(block.pose[3:]).apply(face)
+    sight = block.pose[:3] - origin
+    towards = -float(outwards @ sight / np.linalg.norm(sight))
+    by_edge = edge / max(np.sqrt(1 - towards**2), 0.1)
+    return float(min(noise / towards, by_edge) if towards > 0 else by_edge)
+
+
+def _scores(block: Block, face: Array, steps: Array, pixels: Pixels, own: Mask, noise: float) -> Array:
+    """(K,) log-likelihoods with one face moved outwards by steps (K,), the opposite one staying."""
+    sizes = np.maximum(block.size + np.abs(face) * steps[:, None], 0.002)
+    shifts = np.tile([0, 0, 0, 0, 0, 0, 1.0], (len(steps), 1))
+    shifts[:, :3] = face * steps[:, None] / 2
+    depth = box_depth(pixels, compose(block.pose, shifts), sizes)
+    return np.asarray(agreement(pixels, own, depth, noise), float)
+
+
+def _reach(drops: Array) -> float:
+    """The first step whose drop is more than one standard deviation's; the longest where none is."""
+    contradicted = np.flatnonzero(drops > DROP)
+    return float(STEPS[contradicted[0]] if len(contradicted) else STEPS[-1])

@@ -1,0 +1,119 @@
+"""The two fingers' colours in a picture, and which points of a view are fingers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from imitate.geometry import Array
+from imitate.perception.paint import FEWEST, Paint, Picture, full_hsv, paint, turn
+from imitate.perception.shapes import Mask
+from imitate.perception.tabletop import dense_parts
+from imitate.settings import Perception
+
+LEFT, RIGHT = -1, 1
+"""along the hand's y."""
+BRIGHT = 0.75
+"""0…1, from which an unsaturated pixel within a finger is a highlight."""
+_FILL = 0.015
+"""of the picture's width, the widest highlight across a finger."""
+
+
+@dataclass(frozen=True)
+class FingerColours:
+    """What the two fingers look like, resolved once for a recording."""
+
+    left: Paint
+    right: Paint
+
+    def sides(self, colour: Picture) -> NDArray[np.int8]:
+        """(H, W) of an (H, W, 3) picture: −1 where the left finger's colour is, 1 the right one's, else 0.
+
+        White spots that a finger's colour surrounds are its highlights, and its own.
+        """
+        hsv = full_hsv(colour)
+        width = 2 * round(_FILL * colour.shape[1] / 2) + 1 if min(colour.shape[:2]) > 1 else 1
+        kernel = np.ones((width, width), np.uint8)
+        found = np.zeros(colour.shape[:2], np.int8)
+        for side, worn_paint in ((LEFT, self.left), (RIGHT, self.right)):
+            mask = worn_paint.covers(hsv)
+            if not mask.any():
+                continue
+            closed = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, kernel) > 0
+            white = (hsv[..., 1] < 255 * worn_paint.saturation) & (hsv[..., 2] > 255 * BRIGHT)
+            found[(mask > 0) | (closed & white)] = side
+        return found
+
+
+def finger_colours(settings: Perception, colour: Picture | None = None) -> FingerColours:
+    """The fingers' colours as the settings say: "red", "#c81e1e", or "U,V", a pixel of the first picture.
+
+    Of a colour or pixel, the thresholds come from the picture: from the scatter of the patch that is meant,
+    and from the nearest colours and saturations beside it.
+
+    Args:
+        settings: ``left_finger`` and ``right_finger`` count.
+        colour: (H, W, 3), the first picture; None where there is none in rows.
+
+    Raises:
+        UsageError: not a colour, a pixel that is grey or outside the picture, a colour that is not in it.
+    """
+    left = paint("left_finger", settings.left_finger, colour)
+    right = paint("right_finger", settings.right_finger, colour)
+    return _apart(left, right)
+
+
+def worn(points: Array, sides: NDArray[np.int8], settings: Perception, noise: float) -> Mask:
+    """(N,) which points (N, 3) belong to the fingers, or touch one, of those that have a finger's colour.
+
+    A finger is as thin and as short as the cylinder worn on it, and stands alone: a coloured patch within
+    something else is not one.
+
+    Args:
+        points: of a view, metres.
+        sides: (N,) as from `FingerColours.sides`.
+        settings: radius and length of the cylinders.
+        noise: standard deviation of the points, metres.
+    """
+    belongs = np.zeros(len(points), bool)
+    coloured = np.flatnonzero(sides)
+    if not len(coloured):
+        return belongs
+    for side in (LEFT, RIGHT):
+        own = np.flatnonzero(sides == side)
+        for part in dense_parts(points[own], settings.finger_radius, 5) if len(own) else []:
+            piece = own[part]
+            if len(piece) < FEWEST or not _is_finger(points[piece], settings, noise):
+                continue
+            away, _ = cKDTree(points[piece]).query(points, distance_upper_bound=1.5 * settings.finger_radius)
+            others = np.isfinite(away) & (sides == 0)
+            if others.sum() < len(piece):
+                belongs[piece] = True
+                belongs |= others & (away < settings.finger_radius / 2)
+    return belongs
+
+
+def _is_finger(points: Array, settings: Perception, noise: float) -> bool:
+    middle = np.median(points, axis=0)
+    axes = np.linalg.svd((points - middle).T @ (points - middle))[0]
+    along = (points - middle) @ axes
+    length, width, _ = np.percentile(along, 98, axis=0) - np.percentile(along, 2, axis=0)
+    slack = 4 * noise
+    return bool(
+        length < 1.2 * settings.finger_length + slack and width < 2.4 * settings.finger_radius + slack
+    )
+
+
+def _apart(left: Paint, right: Paint) -> FingerColours:
+    """Both, with hues that overlap cut half-way between them."""
+    gap = turn(right.middle, left.middle)
+    if left == right or (left.width + right.width) / 2 <= abs(gap):
+        return FingerColours(left, right)
+    cut = (left.middle + gap / 2) % 360
+    if gap > 0:
+        return FingerColours(replace(left, high=cut), replace(right, low=cut))
+    return FingerColours(replace(left, low=cut), replace(right, high=cut))
