@@ -65,13 +65,14 @@ class Decision:
     """What the operator decided about the segments.
 
     Attributes:
-        kind: "move" a boundary, "relabel" a segment, "split" one, "merge" one with its next, or "undo".
+        kind: "move" a boundary, "relabel" a segment, "split" one, "merge" one with its next, "undo"
+            or "redo".
         segment: index of the segment (of the one before the boundary, for "move").
         time: seconds since the first frame, for "move" and "split".
         abstraction: for "relabel".
     """
 
-    kind: Literal["move", "relabel", "split", "merge", "undo"]
+    kind: Literal["move", "relabel", "split", "merge", "undo", "redo"]
     segment: int = 0
     time: float = 0.0
     abstraction: Abstraction | None = None

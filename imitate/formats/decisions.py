@@ -1,19 +1,31 @@
-"""The operator's decisions as a JSON file, so that they can be kept and applied again."""
+"""The operator's decisions ⇄ a JSON file, so that they can be kept and applied again."""
 
 from __future__ import annotations
 
+import json
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from imitate.errors import FileError
+from imitate.formats.output import new_file
 from imitate.skill import Decision
 
 _DECISIONS = TypeAdapter(tuple[Decision, ...], config=ConfigDict(extra="forbid"))
+_FIELDS: dict[str, tuple[str, ...]] = {
+    "move": ("segment", "time"),
+    "split": ("segment", "time"),
+    "merge": ("segment",),
+    "relabel": ("segment", "abstraction"),
+    "undo": (),
+    "redo": (),
+}
 _REMEDY = (
     'Expected a list such as [{"kind": "move", "segment": 0, "time": 8.3}, {"kind": "relabel", "segment": 1, '
     '"abstraction": {"relevant": ["hand", "blue"], "reference": "green"}}]; kinds are move, relabel, split, '
-    "merge and undo."
+    "merge, undo and redo."
 )
 
 
@@ -21,10 +33,11 @@ def read_decisions(path: Path | str) -> tuple[Decision, ...]:
     """Decisions in order, with the fields of `imitate.skill.Decision`.
 
     Raises:
-        FileError: missing, not JSON, or a field that is wrong; the message names it.
+        FileError: missing, not JSON, or a field that is wrong or lacking; the message names it.
     """
     try:
-        return _DECISIONS.validate_json(Path(path).read_bytes())
+        text = Path(path).read_bytes()
+        decisions = _DECISIONS.validate_json(text)
     except FileNotFoundError:
         raise FileError(path, "no such decisions file", _REMEDY) from None
     except OSError as error:
@@ -33,3 +46,29 @@ def read_decisions(path: Path | str) -> tuple[Decision, ...]:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"]))
         raise FileError(path, f"{where}: {first['msg']}" if where else first["msg"], _REMEDY) from None
+    for k, given in enumerate(json.loads(text)):
+        lacking = [field for field in _FIELDS[given["kind"]] if given.get(field) is None]
+        if lacking:
+            raise FileError(path, f"{k}.{lacking[0]}: missing, and {given['kind']} needs it", _REMEDY)
+    return decisions
+
+
+def write_decisions(path: Path | str, decisions: Sequence[Decision], force: bool = False) -> None:
+    """Writes decisions, one a line, each with the fields that its kind needs.
+
+    Raises:
+        FileError: the file exists and ``force`` is not given, or it cannot be written.
+    """
+    lines = ",\n ".join(json.dumps(_plain(decision), ensure_ascii=False) for decision in decisions)
+    with new_file(Path(path), force) as temporary:
+        temporary.write_text(f"[{lines}]\n", encoding="utf-8")
+
+
+def _plain(decision: Decision) -> dict[str, Any]:
+    plain: dict[str, Any] = {"kind": decision.kind}
+    for field in _FIELDS[decision.kind]:
+        value = getattr(decision, field)
+        if field == "abstraction" and value is not None:
+            value = {"relevant": list(value.relevant), "reference": value.reference}
+        plain[field] = value
+    return plain

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from imitate.demonstration import HAND, Demonstration
+from imitate.demonstration import HAND, TABLE, Demonstration
 from imitate.errors import UnknownNameError, UsageError
 from imitate.segmentation.segments import rankings
 from imitate.settings import Segmentation
@@ -20,7 +20,9 @@ Segments = tuple[Segment, ...]
 def apply_decisions(
     found: Segments, decisions: Sequence[Decision], demonstration: Demonstration, settings: Segmentation
 ) -> Segments:
-    """Segments after all ``decisions`` in order; an "undo" takes back the last one that still holds.
+    """Segments after all ``decisions`` in order.
+
+    An "undo" takes back the last one that still holds, a "redo" the last undo that nothing was decided after.
 
     A segment whose boundary changed is ranked anew, and keeps its abstraction when its boundary was moved;
     split and merged segments take their best one.
@@ -28,14 +30,19 @@ def apply_decisions(
     Raises:
         UsageError: a decision that cannot be applied, in words; those before it are not at fault.
     """
-    history = [found]
+    history, undone = [found], []
     for number, decision in enumerate(decisions, start=1):
         try:
             if decision.kind == "undo":
                 if len(history) == 1:
                     raise UsageError("there is nothing to undo.")
-                history.pop()
+                undone.append(history.pop())
+            elif decision.kind == "redo":
+                if not undone:
+                    raise UsageError("there is nothing to redo.")
+                history.append(undone.pop())
             else:
+                undone.clear()
                 history.append(_applied(history[-1], decision, demonstration, settings))
         except UsageError as error:
             raise UsageError(f"decision {number} ({decision.kind}): {error}") from None
@@ -73,9 +80,9 @@ def _relabelled(s: Segment, wanted: Abstraction | None, demonstration: Demonstra
     if wanted is None:
         raise UsageError("no abstraction is given.")
     names = demonstration.object_names
-    for name in (*wanted.carried, wanted.reference):
-        if name not in names:
-            raise UnknownNameError("object", name, names)
+    for name, valid in [*((name, names) for name in wanted.carried), (wanted.reference, (*names, TABLE))]:
+        if name not in valid:
+            raise UnknownNameError("object", name, valid)
     if wanted.relevant[:1] != (HAND,):
         raise UsageError(f"{wanted}: the hand is always relevant, and named first.")
     if len(set(wanted.relevant)) < len(wanted.relevant):

@@ -57,6 +57,8 @@ def decision_in_words(decision: Decision) -> str:
             return f"skill {decision.segment + 1} is {decision.abstraction}"
         case "undo":
             return "undone"
+        case "redo":
+            return "done again"
         case _:
             return f"{decision.kind} at skill {decision.segment + 1}"
 
