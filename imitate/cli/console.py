@@ -116,7 +116,9 @@ def show(result: Table) -> None:
     from rich.console import Console
 
     console = Console()
-    console.print(result, width=None if console.is_terminal else _WIDE, crop=False, soft_wrap=False)
+    if not console.is_terminal:
+        console = Console(width=_WIDE)
+    console.print(result, crop=False, soft_wrap=False)
 
 
 def progress() -> Progress:

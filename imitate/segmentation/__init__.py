@@ -10,7 +10,7 @@ Symbols::
 """
 
 from imitate.segmentation.overrides import apply_decisions
-from imitate.segmentation.posteriors import Posterior, Posteriors, posteriors
+from imitate.segmentation.posteriors import Posterior, Posteriors, changes, posteriors
 from imitate.segmentation.segments import rankings, segment
 
-__all__ = ["Posterior", "Posteriors", "apply_decisions", "posteriors", "rankings", "segment"]
+__all__ = ["Posterior", "Posteriors", "apply_decisions", "changes", "posteriors", "rankings", "segment"]

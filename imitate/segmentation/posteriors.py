@@ -82,12 +82,20 @@ def posteriors(
     gives the rests beside that to the carry, so that its boundary may lie some ``rest_limit`` off.
     """
     score = score_of(demonstration, settings)
-    cuts = frames_at(score.times, [*(s.start for s in segments), segments[-1].end])
     return Posteriors(
         score.times,
         cut_probability(lattice_of(score, settings, total_scores))[:-1],
-        boundary_posteriors(score, cuts, segments, demonstration.object_names, settings),
+        changes(demonstration, segments, settings),
     )
+
+
+def changes(
+    demonstration: Demonstration, segments: Sequence[Segment], settings: Segmentation
+) -> tuple[Posterior, ...]:
+    """The posteriors of the boundaries alone, which take a small part of the time."""
+    score = score_of(demonstration, settings)
+    cuts = frames_at(score.times, [*(s.start for s in segments), segments[-1].end])
+    return boundary_posteriors(score, cuts, segments, demonstration.object_names, settings)
 
 
 def cut_probability(lattice: Lattice) -> Array:

@@ -55,6 +55,11 @@ class RobustScore:
         self._close = self._closeness(self._where - hand[:, None, :3])
         self.prior = log_prior(len(d.object_names))
 
+    @property
+    def said(self) -> Array:
+        """(T, K) nats that each frame says for each object to go with the hand."""
+        return np.diff(self._sum, axis=0)
+
     def evidence(self, starts: Frames, ends: Frames) -> Evidence:
         """Evidence (E, S, K) for segments of frames start…end−1, starts (S,) and ends (E,)."""
         relevance = self._sum[ends][:, None] - self._sum[starts] - self._settings.object_penalty

@@ -33,7 +33,13 @@ def test_json_keeps_its_contract(imitate, mode):
     code, out, err = imitate("segment", FIXTURE, "--mode", mode, "--json")
     assert (code, err) == (0, "")
     result = json.loads(out)
-    assert set(result) == {"mode", "segments"}
+    assert set(result) == {"mode", "segments", "boundaries"}
+    assert len(result["boundaries"]) == len(result["segments"]) - 1
+    for boundary, s in zip(result["boundaries"], result["segments"], strict=False):
+        assert boundary["time"] == s["end"]
+        assert boundary["low"] <= boundary["high"]
+        assert len(boundary["times"]) == len(boundary["probability"])
+        assert 0.99 < sum(boundary["probability"]) <= 1 + 1e-9
     assert result["mode"] == mode
     for s in result["segments"]:
         assert set(s) == {"start", "end", "relevant", "reference", "alternatives"}
@@ -151,3 +157,57 @@ def test_nothing_is_written(imitate, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     imitate("segment", FIXTURE)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_reviewed_segmentation_serves_as_truth(imitate, tmp_path):
+    code, out, _ = imitate("segment", FIXTURE, "--json")
+    truth = tmp_path / "truth.json"
+    truth.write_text(out)
+    decisions = tmp_path / "decisions.json"
+    decisions.write_text('[{"kind": "move", "segment": 0, "time": 8.0}]')
+    words = ["segment", FIXTURE, "--truth", truth, "--decisions", decisions]
+    code, out, _ = imitate(*words)
+    assert code == 0
+    assert "boundaries: 1 of the 1 found are right (precision 1.00)" in out
+    assert "in 2 of the 2 right skills" in out
+    code, out, _ = imitate(*words, "--tolerance", 0.1, "--json")
+    metrics = json.loads(out)["metrics"]
+    assert (metrics["precision"], metrics["recall"], metrics["segments_right"]) == (0, 0, 2)
+    truth.write_text(truth.read_text().replace("cubeB", "cubeC"))
+    code, out, err = imitate(*words)
+    assert (code, out) == (1, "")
+    assert "names 'cubeC', which the demonstration has not. It has cubeA, cubeB" in err
+
+
+def test_columns_are_named_by_a_mapping(imitate, arrays, tmp_path):
+    poses = {"clock": arrays["t"], "ee": arrays["hand"]}
+    poses |= {name: arrays["objects"][:, k] for k, name in enumerate(("a", "b"))}
+    np.savez(tmp_path / "mine.npz", **poses)
+    mapping = tmp_path / "mapping.toml"
+    mapping.write_text('time = "clock"\nhand.pose = "ee"\nobjects.cube.pose = "a"\nobjects.base.pose = "b"\n')
+    code, out, _ = imitate("segment", tmp_path / "mine.npz", "--mapping", mapping, "--json")
+    assert code == 0
+    assert [(s["relevant"], s["reference"]) for s in json.loads(out)["segments"]] == [
+        (["hand"], "cube"),
+        (["hand", "cube"], "base"),
+    ]
+
+
+@pytest.mark.parametrize("suffix", [".png", ".svg"])
+def test_a_picture_is_drawn(imitate, tmp_path, suffix):
+    picture = tmp_path / f"skills{suffix}"
+    code, _, err = imitate("segment", FIXTURE, "--plot", picture)
+    assert (code, err) == (0, f"picture: {picture}\n")
+    first = picture.read_bytes()
+    assert first.startswith(b"\x89PNG" if suffix == ".png" else b"<?xml")
+    code, out, err = imitate("segment", FIXTURE, "--plot", picture)
+    assert (code, out) == (1, "")
+    assert "exists already" in err
+    imitate("segment", FIXTURE, "--plot", picture, "--force")
+    assert picture.read_bytes() == first
+
+
+def test_a_picture_of_another_kind(imitate, tmp_path):
+    code, out, err = imitate("segment", FIXTURE, "--plot", tmp_path / "skills.pdf")
+    assert (code, out) == (1, "")
+    assert "cannot be drawn: unknown suffix '.pdf'. Use .png or .svg." in err

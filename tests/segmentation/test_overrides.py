@@ -64,6 +64,24 @@ def test_undo_takes_back_the_last_that_still_holds():
     assert after(move, Decision("undo"), split) == after(split)
 
 
+def test_redo_takes_back_undo_until_something_else_is_decided():
+    move, split, undo, redo = (
+        Decision("move", 0, 1.5),
+        Decision("split", 1, 3.0),
+        Decision("undo"),
+        Decision("redo"),
+    )
+    assert after(move, split, undo, undo, redo) == after(move)
+    assert after(move, split, undo, undo, redo, redo) == after(move, split)
+    with pytest.raises(UsageError, match=r"decision 4 \(redo\): there is nothing to redo"):
+        after(move, undo, split, redo)
+
+
+def test_the_table_may_be_the_reference():
+    wanted = Abstraction(("hand", "blue"), "table")
+    assert after(Decision("relabel", 1, abstraction=wanted))[1].abstraction == wanted
+
+
 @pytest.mark.parametrize(
     ("decision", "message"),
     [
