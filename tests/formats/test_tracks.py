@@ -124,7 +124,9 @@ def test_ros2_poses_of_several_rates_are_taken_at_the_hands_times(tmp_path):
     seen = read.seen("cube")
     np.testing.assert_array_equal(seen, (SECONDS < 0.61) | (SECONDS > 1.21))
     expected = np.array([pose("cube", t) for t in SECONDS])
-    np.testing.assert_allclose(read.pose_of("cube")[seen], expected[seen], atol=1e-3)
+    np.testing.assert_allclose(
+        read.pose_of("cube")[seen], expected[seen], atol=4e-3
+    )  # the first is held for 13 ms
     np.testing.assert_allclose(read.pose_of("bin"), np.tile(pose("base", 0), (len(SECONDS), 1)))
 
 
