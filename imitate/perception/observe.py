@@ -92,7 +92,7 @@ def observe(
         raise ImitateError(one_frame(name, len(still)))
     first = _look(name, _still(still), source.intrinsics, chosen, seed)
     eye = open_eye(source.intrinsics, first.table)
-    blocks = {thing.name: thing.block for thing in first.objects if thing.has_hue}
+    blocks = {thing.name: thing.block for thing in first.objects}
     if not blocks:
         raise ImitateError(no_block(name, first, chosen))
     trackers = _Trackers(blocks, chosen, seed)
@@ -173,6 +173,10 @@ def _observation(
     seen = ~np.isnan(poses[..., 0])
     if not seen[:, 0].any():
         raise ImitateError(no_hand(name, settings))
+    # What was found in the first view but cannot be followed as a block is no object of the demonstration.
+    kept = [k for k in range(poses.shape[1]) if k == 0 or seen[:, k].sum() > 1]
+    poses, confidence, seen = poses[:, kept], confidence[:, kept], seen[:, kept]
+    blocks = {body: blocks[body] for k, body in enumerate(blocks) if k + 1 in kept}
     for k in range(poses.shape[1]):
         poses[seen[:, k], k] = align_signs(poses[seen[:, k], k])
     demonstration = Demonstration(
