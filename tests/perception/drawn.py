@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from imitate.geometry import compose, rotate
+from imitate.geometry import compose, inverse, rotate
 from imitate.perception.hand import SIDES, finger_poses
 from imitate.perception.shapes import box_nearness, cylinder_nearness
 from imitate.rgbd import Intrinsics, RgbdFrame
@@ -69,11 +69,5 @@ class Drawn:
 
 
 def real(observation, poses):
-    """``poses`` (..., 7) of this world in the observation's table frame's place: what should have been seen."""
-    return compose(observation.first.table.table_from_camera, compose(_inverse_camera(), poses))
-
-
-def _inverse_camera():
-    from imitate.geometry import inverse
-
-    return inverse(camera())
+    """``poses`` (..., 7) of this world in the observed table's frame: what should have been seen."""
+    return compose(observation.first.table.table_from_camera, compose(inverse(camera()), poses))

