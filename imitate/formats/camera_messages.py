@@ -43,7 +43,7 @@ class Picture:
     """A picture, decoded when asked.
 
     Attributes:
-        time: nanoseconds, its own stamp, else when it was logged.
+        time: nanoseconds, its own stamp; 0 in recordings that do not stamp.
         frame: name of the camera's frame.
         form: its encoding, in words.
         decode: its pixels as in `imitate.formats.pictures`; None where they cannot be decoded.
@@ -57,7 +57,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Cloud:
-    """A cloud as a picture's pixels: points (H, W, 3) metres, colour (H, W, 3) or None."""
+    """As a picture's pixels: points (H, W, 3) metres, colour (H, W, 3) or None; time as in a picture."""
 
     time: int
     frame: str
@@ -97,7 +97,7 @@ class CameraReader:
     def picture(self, message: RawMessage) -> Picture:
         """A picture of any of the schemas `PICTURES`."""
         m = self._message(message)
-        time, frame = _stamp(m) or message.time, _frame(m)
+        time, frame = _stamp(m), _frame(m)
         if message.schema_name.endswith("CompressedImage"):
             data, form = bytes(m.data), m.format
             return Picture(time, frame, form, lambda: pictures.compressed(form, data))
@@ -149,7 +149,7 @@ class CameraReader:
         xyz = np.stack([points[axis] for axis in "xyz"], axis=-1).astype(np.float32)
         colour = _cloud_colour(points)
         return Cloud(
-            _stamp(m) or message.time,
+            _stamp(m),
             _frame(m),
             xyz.reshape(*shape, 3),
             None if colour is None else colour.reshape(*shape, 3),

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from imitate.errors import FileError
 from imitate.formats.camera_messages import Picture
 from imitate.formats.distances import check_distances, to_metres
-from imitate.formats.pairing import Stamped, Tally, paired
+from imitate.formats.pairing import COLOUR, DEPTH, Stamped, Tally, paired
 from imitate.formats.pictures import Pixels, is_depth
 from imitate.formats.registration import Registration
 from imitate.rgbd import RgbdFrame
@@ -90,7 +90,14 @@ class Streams:
 
     def _unpaired(self, tally: Tally) -> FileError:
         colours, depths = tally.seen
-        apart = "" if tally.nearest is None else f"; the nearest two are {tally.nearest / 1e9:.3f} s apart"
+        if tally.nearest is not None:
+            apart = f"; the nearest two are {tally.nearest / 1e9:.3f} s apart"
+        elif len(tally.spans) == 2:
+            one, other = tally.spans[COLOUR], tally.spans[DEPTH]
+            gap = max(one[0] - other[1], other[0] - one[1]) / 1e9
+            apart = f"; the clocks lie {gap:.3f} s apart"
+        else:
+            apart = ""
         return FileError(
             self.path,
             f"colour and depth never pair within {self.within:g} s: {colours} pictures in {self.colour}, "
@@ -109,6 +116,12 @@ def check_size(path: Path, stream: str, pixels: NDArray[Any], expected: tuple[in
             "Name the calibration of these pictures with --calibration-topic, or pass it with --intrinsics "
             "FX,FY,CX,CY.",
         )
+
+
+def damaged(path: Path, words: str) -> FileError:
+    """What to say of a recording that is not whole."""
+    remedy = "Record or copy it again; or use as much as can be read: imitate observe FILE --salvage."
+    return FileError(path, f"is damaged: {words}", remedy)
 
 
 def undecodable(path: Path, stream: str, picture: Picture, kind: str) -> FileError:

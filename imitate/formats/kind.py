@@ -21,6 +21,8 @@ POSE_SCHEMAS = (
     "geometry_msgs/msg/TransformStamped",
     "tf2_msgs/msg/TFMessage",
 )
+_FRAMES = {"foxglove.FrameTransform", "foxglove.FrameTransforms", "tf2_msgs/msg/TFMessage"}
+"""those of them that a camera's recording has too."""
 METADATA = "imitate"
 """the metadata record that says what one of our own MCAP files is, under the key "kind"."""
 PICTURES = frozenset(
@@ -56,10 +58,10 @@ def kind_of(path: Path | str) -> Kind:
     schemas = {schema for schema, _ in inside.topics.values()}
     if kind == "recording" or (kind is None and schemas & PICTURES):
         return "recording"
+    if kind is None and schemas & CLOUDS and not schemas & set(POSE_SCHEMAS) - _FRAMES:
+        return "recording"
     if kind == "demonstration" or schemas & set(POSE_SCHEMAS):
         return "demonstration"
-    if schemas & CLOUDS:
-        return "recording"
     damage = f"; it is {inside.damage[0]}" if inside.damage else ""
     raise FileError(
         path,

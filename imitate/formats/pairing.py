@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bisect import insort
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
 T = TypeVar("T")
@@ -30,15 +30,23 @@ class Tally:
 
     Attributes:
         seen: how many came, (colour, depth).
+        spans: ns, first and last stamp of each, (colour, depth), where any came.
         paired: how many pairs.
         late: how many came too late, or with the stamp of another.
         nearest: ns between the nearest colour and depth, as long as none were paired.
     """
 
-    seen: list[int]
+    seen: list[int] = field(default_factory=lambda: [0, 0])
+    spans: dict[int, tuple[int, int]] = field(default_factory=dict)
     paired: int = 0
     late: int = 0
     nearest: int | None = None
+
+    def count(self, kind: int, time: int) -> None:
+        """One more picture."""
+        self.seen[kind] += 1
+        first, last = self.spans.get(kind, (time, time))
+        self.spans[kind] = (min(first, time), max(last, time))
 
 
 def paired(
@@ -60,7 +68,7 @@ def paired(
     late = max(LATE, 4 * within)
     for picture in pictures:
         own = waiting[picture.kind]
-        tally.seen[picture.kind] += 1
+        tally.count(picture.kind, picture.time)
         if picture.time <= settled[picture.kind] or any(picture.time == other.time for other in own):
             tally.late += 1
             continue
@@ -114,12 +122,15 @@ def _aligned(a: list[int], b: list[int], within: int) -> list[tuple[int | None, 
         if i and j and cost[i][j] == cost[i - 1][j - 1] + 2 * abs(a[i - 1] - b[j - 1]):
             i, j = i - 1, j - 1
             steps.append((i, j))
-        elif i and cost[i][j] == cost[i - 1][j] + within:
+        elif i and cost[i][j] == cost[i - 1][j] + within and (not j or a[i - 1] > b[j - 1]):
             i -= 1
             steps.append((i, None))
-        else:
+        elif j and cost[i][j] == cost[i][j - 1] + within:
             j -= 1
             steps.append((None, j))
+        else:
+            i -= 1
+            steps.append((i, None))
     return steps[::-1]
 
 

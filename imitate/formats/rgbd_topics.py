@@ -67,6 +67,12 @@ class Found:
     unread: dict[str, FileError] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
+    @property
+    def has_both(self) -> bool:
+        """Whether there are both colour and depth, or pictures that may be."""
+        kinds = {seen.bands == 0 for seen in self.pictures.values()}
+        return len(kinds) == 2 or any(self.topics[topic][0] in PICTURES for topic in self.unread)
+
     def chosen(self, colour: str, depth: str) -> tuple[Seen, Seen]:
         """The colour and the depth to use: the topics named, else the pair that fits best.
 

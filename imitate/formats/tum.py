@@ -68,7 +68,7 @@ class TumFolder:
             for kind, lines in zip((COLOUR, DEPTH), self.lists, strict=True)
         )
         merged = heapq.merge(colours, depths, key=lambda one: one.time)
-        yield from self.streams.frames(merged, Tally([0, 0]))
+        yield from self.streams.frames(merged, Tally())
 
 
 def open_tum(path: Path, settings: Perception) -> TumFolder:

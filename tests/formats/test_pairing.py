@@ -13,7 +13,7 @@ def run(colours, depths, within=40, arrival=None):
     pictures = [Stamped(COLOUR, round(t * MS), t) for t in colours]
     pictures += [Stamped(DEPTH, round(t * MS), t) for t in depths]
     pictures.sort(key=arrival or (lambda one: one.time))
-    tally = Tally([0, 0])
+    tally = Tally()
     return [(c.held, d.held) for c, d in paired(pictures, within * MS, tally)], tally
 
 
@@ -51,7 +51,7 @@ def test_too_far_apart_never_pairs_and_says_how_far():
 
 def test_clocks_that_differ_by_years_keep_little_waiting():
     pictures = iter([Stamped(k % 2, 33 * MS * k + (k % 2) * 10**18, k) for k in range(5000)])
-    tally = Tally([0, 0])
+    tally = Tally()
     assert list(paired(pictures, 40 * MS, tally)) == []
     assert tally.seen == [2500, 2500]
     assert tally.nearest > 10**17
@@ -66,7 +66,7 @@ def test_few_pictures_wait_even_when_stamps_hardly_advance():
             yield Stamped(k % 2, 1000 * (k // 2), k)
 
     most = 0
-    for _, depth in paired(pictures(), 40 * MS, Tally([0, 0])):
+    for _, depth in paired(pictures(), 40 * MS, Tally()):
         most = max(most, len(ahead) - depth.held)
     assert most < 200
 

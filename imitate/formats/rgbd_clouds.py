@@ -1,0 +1,108 @@
+"""A recording in MCAP of coloured clouds whose points are a picture's pixels, as frames."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from imitate.errors import FileError
+from imitate.formats.camera_messages import Calibration, CameraReader
+from imitate.formats.distances import check_distances
+from imitate.formats.frames import damaged
+from imitate.formats.kind import CLOUDS
+from imitate.formats.mcap_file import Contents, McapReader, RawMessage
+from imitate.formats.organised import fitted_intrinsics
+from imitate.rgbd import Intrinsics, RgbdFrame
+from imitate.settings import Perception
+
+_REMEDY = "Record colour and depth pictures; or write one cloud as a PCD or PLY file, and observe that."
+
+
+@dataclass
+class CloudRecording:
+    """Clouds of one topic, opened.
+
+    Attributes:
+        unit: metres of 1.0 in a point.
+        salvage: whether damage is put up with.
+        notes: what the operator ought to know, in words.
+    """
+
+    path: Path
+    topic: str
+    intrinsics: Intrinsics
+    count: int
+    unit: float
+    salvage: bool
+    notes: list[str] = field(default_factory=list)
+
+    def frames(self) -> Iterator[RgbdFrame]:
+        """Every cloud as a frame, read as it is asked for; t in seconds from the first.
+
+        Raises:
+            FileError: a cloud without colour or not ordered as the first is, or damage that shows only now.
+        """
+        reader, camera = McapReader(self.path), CameraReader(self.path)
+        shape = (self.intrinsics.height, self.intrinsics.width)
+        first, last = None, -1
+        for message in reader.messages({self.topic}):
+            cloud = camera.cloud(message, shape)
+            if cloud is None or cloud.points.shape[:2] != shape or cloud.colour is None:
+                raise _unordered(self.path, message)
+            time = cloud.time or message.time
+            if time > last:
+                first, last = time if first is None else first, time
+                depth = np.nan_to_num(cloud.points[..., 2] * self.unit, nan=0, posinf=0, neginf=0)
+                yield RgbdFrame((time - first) / 1e9, cloud.colour, np.maximum(depth, 0))
+        if reader.damage and not self.salvage:
+            raise damaged(self.path, reader.damage[0])
+
+
+def open_clouds(
+    path: Path, inside: Contents, calibrations: dict[str, Calibration], settings: Perception
+) -> CloudRecording | None:
+    """The clouds of a recording as frames; None where it has no clouds.
+
+    Raises:
+        FileError: its clouds are not ordered as pictures, have no colour, or can be no camera's.
+    """
+    topics = {t for t, (schema, count) in inside.topics.items() if count and schema in CLOUDS}
+    if settings.depth_topic:
+        topics &= {settings.depth_topic}
+    camera = CameraReader(path)
+    lenses = [one.lens.intrinsics for one in calibrations.values()]
+    shapes = [None, *((lens.height, lens.width) for lens in lenses)]
+        (c.lens.intrinsics.height, c.lens.intrinsics.width) for c in calibrations.values()
+    }
+    refused: FileError | None = None
+    for message in McapReader(path).messages(topics) if topics else ():
+        clouds = [camera.cloud(message, shape) for shape in shapes]
+        cloud = next((one for one in clouds if one is not None), None)
+        if cloud is None or cloud.colour is None:
+            refused = refused or _unordered(path, message)
+            continue
+        unit = settings.depth_unit or 1.0
+        points = cloud.points * unit
+        intrinsics = fitted_intrinsics(points)
+        if intrinsics is None:
+            problem = f"{message.topic} holds clouds that no camera at their origin sees along z"
+            raise FileError(path, problem, f"Record them in the camera's optical frame. {_REMEDY}")
+        if not settings.depth_unit:
+            z = points[..., 2]
+            check_distances(path, message.topic, z[z > 0], unit)
+        count = inside.topics[message.topic][1]
+        return CloudRecording(path, message.topic, intrinsics, count, unit, settings.salvage)
+    if refused is not None:
+        raise refused
+    return None
+
+
+def _unordered(path: Path, message: RawMessage) -> FileError:
+    return FileError(
+        path,
+        f"{message.topic} holds clouds without colour, or whose points are not in a picture's order",
+        _REMEDY,
+    )
