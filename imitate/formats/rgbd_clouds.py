@@ -75,8 +75,6 @@ def open_clouds(
     camera = CameraReader(path)
     lenses = [one.lens.intrinsics for one in calibrations.values()]
     shapes = [None, *((lens.height, lens.width) for lens in lenses)]
-        (c.lens.intrinsics.height, c.lens.intrinsics.width) for c in calibrations.values()
-    }
     refused: FileError | None = None
     for message in McapReader(path).messages(topics) if topics else ():
         clouds = [camera.cloud(message, shape) for shape in shapes]
