@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from imitate.cli.console import Seed, SettingsFile, Workers
+from imitate.cli.console import MappingFile, Seed, SettingsFile, Workers
 
 
 def tui(
@@ -16,6 +16,7 @@ def tui(
     ] = None,
     seed: Seed = 0,
     workers: Workers = None,
+    mapping: MappingFile = None,
     settings: SettingsFile = None,
 ) -> None:
     """The guided session, in the terminal.
@@ -27,14 +28,20 @@ def tui(
 
     from imitate.cli import console
     from imitate.errors import UsageError
+    from imitate.formats.mapping import read_mapping
     from imitate.settings import load_settings
 
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise UsageError("imitate tui needs a terminal. Without one: imitate learn FILE.")
     chosen = load_settings(settings)
+    if mapping and not file:
+        raise UsageError("--mapping says what the columns of a file mean: give the FILE as well.")
+    said = read_mapping(mapping) if mapping else None
     from imitate.tui.app import ImitateApp
+    from imitate.tui.engine import with_mapping
 
-    app = ImitateApp(file, chosen, seed, workers or os.cpu_count() or 1)
+    engine = with_mapping(file, said) if file and said else None
+    app = ImitateApp(file, chosen, seed, workers or os.cpu_count() or 1, engine)
     app.run()
     if app.state.running:
         console.narrate("finishing the present trial …")

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from imitate.formats.kind import Kind
+    from imitate.formats.mapping import Mapping
 
     Image = NDArray[np.uint8]
 
@@ -50,6 +51,7 @@ class Task:
     Attributes:
         source: a demonstration or a recording.
         log: the session's file.
+        mapping: what the source's columns, topics or frames mean.
     """
 
     source: Path
@@ -58,6 +60,7 @@ class Task:
     workers: int
     decisions: tuple[Decision, ...]
     log: Path
+    mapping: Mapping | None = None
 
 
 def kind_of(path: Path) -> Kind:
@@ -158,6 +161,26 @@ class Engine:
     learn: Callable[[Task, Stop], Iterator[float | Event]] = learn
 
 
+def with_mapping(source: Path, mapping: Mapping) -> Engine:
+    """An engine for which ``source`` is a demonstration whose columns, topics or frames mean what is said."""
+    from imitate.demonstration import in_table_frame
+    from imitate.formats.demonstrations import read_demonstration
+
+    def kind(path: Path) -> Kind:
+        return "demonstration" if path == source else kind_of(path)
+
+    def read_mapped(path: Path) -> Demonstration:
+        return in_table_frame(read_demonstration(path, mapping)) if path == source else read(path)
+
+    def look_mapped(path: Path) -> Preview:
+        return Preview(kind(path), demonstration_facts(read_mapped(path))) if path == source else look(path)
+
+    def learn_mapped(task: Task, should_stop: Stop) -> Iterator[float | Event]:
+        return learn(replace(task, mapping=mapping) if task.source == source else task, should_stop)
+
+    return Engine(kind_of=kind, look=look_mapped, read=read_mapped, learn=learn_mapped)
+
+
 def _observe(task: Task, emit: Callable[[Any], None], should_stop: Stop) -> None:
     from imitate.demonstration import in_table_frame
     from imitate.perception.observe import observe as observe_recording
@@ -181,7 +204,14 @@ def _learn(task: Task, emit: Callable[[Any], None], should_stop: Stop) -> None:
 
     viewed = task.log.with_suffix(".rrd")
     request = Request(
-        task.source, task.settings, task.seed, task.workers, task.decisions, log=task.log, rrd=viewed
+        task.source,
+        task.settings,
+        task.seed,
+        task.workers,
+        task.decisions,
+        mapping=task.mapping,
+        log=task.log,
+        rrd=viewed,
     )
     for event in run(request, should_stop, watching):
         emit(replace(event, record=None) if isinstance(event, TrialFinished) else event)

@@ -20,7 +20,7 @@ from imitate.tui.state import State
 from imitate.tui.step import StepScreen
 from imitate.tui.words import short
 
-SUFFIXES = (".npz", ".mcap")
+SUFFIXES = (".npz", ".mcap", ".csv", ".parquet", ".hdf5", ".h5")
 FOLDERS = ("fixtures", "sessions")
 
 
