@@ -1,7 +1,8 @@
 """Every constant of the method, typed, with unit and source; TOML in and out.
 
 Two complete sets exist: ``robust`` (the default, for users) and ``faithful`` (as the paper states it, for the
-tables). A settings file holds ``mode`` and whatever is to differ from that mode's values.
+tables). ``cst`` is the robust one but for the segmentation, which is the baseline that the paper compares with.
+A settings file holds ``mode`` and whatever is to differ from that mode's values.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from pydantic import (
 
 from imitate.errors import FileError, UnknownNameError, UsageError
 
-Mode = Literal["robust", "faithful"]
+Mode = Literal["robust", "faithful", "cst"]
 
 
 class _Section(BaseModel):
@@ -286,6 +287,13 @@ _FAITHFUL: dict[str, dict[str, Any]] = {
 }
 
 
+_CST: dict[str, dict[str, Any]] = {
+    "segmentation": {"mode": "cst", "shortest": 0.0, "nudge": 0.0, "rest_limit": 0.0}
+}
+
+_OF_MODE = {"faithful": _FAITHFUL, "cst": _CST}
+
+
 def load_settings(path: Path | None = None, overrides: dict[str, Any] | None = None) -> Settings:
     """Settings of a mode, changed by a TOML file and then by ``overrides`` (nested, as in the file).
 
@@ -297,7 +305,7 @@ def load_settings(path: Path | None = None, overrides: dict[str, Any] | None = N
     if path is not None:
         given = _read_toml(path)
     given = _merge(given, overrides or {})
-    base = _FAITHFUL if given.get("mode") == "faithful" else {}
+    base = _OF_MODE.get(str(given.get("mode")), {})
     return parse_settings(_merge(base, given), str(path or "settings"))
 
 

@@ -8,7 +8,7 @@ from imitate.errors import FileError, UsageError
 from imitate.settings import Settings, load_settings, settings_from_toml, to_toml
 
 
-@pytest.mark.parametrize("mode", ["robust", "faithful"])
+@pytest.mark.parametrize("mode", ["robust", "faithful", "cst"])
 def test_every_setting_survives_toml(mode):
     settings = load_settings(overrides={"mode": mode})
     assert settings_from_toml(to_toml(settings)) == settings
@@ -50,7 +50,7 @@ def test_a_file_changes_what_it_names_and_overrides_change_the_file(tmp_path):
             r"mine.toml \[segmentation\]: 'windw'. Did you mean 'window'\? Valid:",
         ),
         ("mod = 'robust'", "mine.toml: 'mod'. Did you mean 'mode'"),
-        ("mode = 'fast'", "mode = 'fast': input should be 'robust' or 'faithful'"),
+        ("mode = 'fast'", "mode = 'fast': input should be 'robust', 'faithful' or 'cst'"),
         ("[learning]\nalpha = 1.5", "learning.alpha = 1.5: input should be less than or equal to 1"),
         ("[learning]\nalpha = 'high'", "learning.alpha = 'high': input should be a valid number"),
     ],

@@ -25,7 +25,11 @@ def segment(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A demonstration or an RGB-D recording.")],
     mode: Annotated[
         str | None,
-        typer.Option("--mode", metavar="robust|faithful", help="The score: robust (default) or the paper's."),
+        typer.Option(
+            "--mode",
+            metavar="robust|faithful|cst",
+            help="The score: robust (default), the paper's, or the baseline CST.",
+        ),
     ] = None,
     decisions: Annotated[
         Path | None,

@@ -90,9 +90,9 @@ def candidates(evidence: Evidence, names: Sequence[str]) -> tuple[Candidate, ...
             close = (evidence.holding if relevant else evidence.free).reshape(len(names))
             score = float(sum(relevance[k] for k in relevant) + close[reference])
             found.append(Candidate(Abstraction((HAND, *(names[k] for k in relevant)), name), score))
-    if evidence.table > -np.inf:
-        found.append(Candidate(Abstraction((HAND, *names), TABLE), float(relevance.sum()) + evidence.table))
-    return tuple(sorted(found, key=lambda candidate: -candidate.log_likelihood))
+    found.append(Candidate(Abstraction((HAND, *names), TABLE), float(relevance.sum()) + evidence.table))
+    possible = [candidate for candidate in found if candidate.log_likelihood > -np.inf]
+    return tuple(sorted(possible, key=lambda candidate: -candidate.log_likelihood))
 
 
 def _relevant_sets(relevance: Array, reference: int) -> Iterator[tuple[int, ...]]:

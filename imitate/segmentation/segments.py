@@ -13,6 +13,7 @@ from imitate.demonstration import Demonstration, interpolated
 from imitate.geometry import Array
 from imitate.segmentation.abstraction import Evidence, best_scores, candidates
 from imitate.segmentation.changepoints import Frames, Lattice, Lead, most_probable_cuts
+from imitate.segmentation.cst import CstScore
 from imitate.segmentation.faithful import FaithfulScore
 from imitate.segmentation.nudges import Nudge, nudges
 from imitate.segmentation.rests import with_rests
@@ -57,7 +58,7 @@ def segment(demonstration: Demonstration, settings: Segmentation) -> tuple[Segme
     while True:
         score = score_of(demonstration, settings, tuple(passing))
         cuts, _ = most_probable_cuts(lattice_of(score, settings))
-        cuts, chosen = _merged(cuts, score, names, settings)
+        cuts, chosen = _chosen(cuts, score, names, settings)
         carried = [best.abstraction.carried for best in chosen]
         more = set(nudges(cuts, carried, whole, score.times, settings)) - passing
         if not more:
@@ -97,6 +98,8 @@ def score_of(demonstration: Demonstration, settings: Segmentation, passing: Sequ
     """The segment score of the settings' mode; the robust one believes in no carry in ``passing`` nudges."""
     if settings.mode == "faithful":
         return FaithfulScore(interpolated(demonstration), settings.threshold)
+    if settings.mode == "cst":
+        return CstScore(interpolated(demonstration), settings.rate)
     return RobustScore(demonstration, settings, passing)
 
 
@@ -114,14 +117,17 @@ def lattice_of(
     )
 
 
-def _merged(
+def _chosen(
     cuts: tuple[int, ...], score: Score, names: Sequence[str], settings: Segmentation
 ) -> tuple[tuple[int, ...], list[Candidate]]:
-    """Cuts without those between two segments of one abstraction, and the best candidates between them."""
+    """Cuts without those between two segments of one abstraction, and the best candidates between them.
+
+    CST's segments stay as they are: two of one abstraction differ in their value functions.
+    """
     while True:
         best = [ranking[0] for ranking in _ranked(cuts, score, names, settings)]
         kept = [a.abstraction != b.abstraction for a, b in pairwise(best)]
-        if all(kept):
+        if all(kept) or settings.mode == "cst":
             return cuts, best
         cuts = (0, *(cut for cut, keep in zip(cuts[1:-1], kept, strict=True) if keep), cuts[-1])
 

@@ -144,7 +144,7 @@ def test_bad_files_and_words(imitate, tmp_path):
         (["segment", FIXTURE, "--settings", typo], 2, "Did you mean 'window'?"),
         (["segment", FIXTURE, "--settings", far], 2, "segmentation.rate = -1"),
         (["segment", FIXTURE, "--settings", tmp_path / "none.toml"], 1, "no such settings file"),
-        (["segment", FIXTURE, "--mode", "fast"], 2, "'robust' or 'faithful'"),
+        (["segment", FIXTURE, "--mode", "fast"], 2, "'robust', 'faithful' or 'cst'"),
         (["segment"], 2, "Missing argument"),
     ]:
         code, out, err = imitate(*words)
