@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from imitate.demonstration import Demonstration
 from imitate.geometry import Array, compose, relative, resample
-from imitate.segmentation.motion import noise
+from imitate.segmentation.tracks import noise
 from imitate.settings import Segmentation
 
 

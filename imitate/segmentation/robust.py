@@ -12,11 +12,12 @@ from dataclasses import replace
 import numpy as np
 
 from imitate.demonstration import Demonstration
-from imitate.geometry import Array, resample
+from imitate.geometry import Array
 from imitate.segmentation.abstraction import Evidence, log_prior
 from imitate.segmentation.changepoints import Frames
-from imitate.segmentation.motion import believable, going_along
+from imitate.segmentation.motion import going_along
 from imitate.segmentation.nudges import Nudge
+from imitate.segmentation.tracks import track_of
 from imitate.settings import Segmentation
 
 
@@ -36,23 +37,20 @@ class RobustScore:
         d, t = demonstration, demonstration.t - demonstration.t[0]
         self._settings = settings
         self.times: Array = np.linspace(0, t[-1], max(2, 1 + round(t[-1] * settings.rate)))
-        by_hand = believable(d.hand, settings)
-        hand = resample(t[by_hand], d.hand[by_hand], self.times)
-        said, positions = [], []
-        for name in d.object_names:
-            track = d.pose_of(name)
-            known = believable(track, settings)
-            both = known & by_hand
-            said.append(going_along(t[both], d.hand[both], track[both], self.times, settings))
-            positions.append(resample(t[known], track[known], self.times)[:, :3])
-        step = np.column_stack(said)
+        hand = track_of(t, d.hand, settings)
+        bodies = [track_of(t, d.pose_of(name), settings) for name in d.object_names]
+        step = np.column_stack([going_along(t, hand, body, self.times, settings) for body in bodies])
         for nudge in passing:
             step[nudge.start : nudge.end, nudge.body] = np.minimum(
                 step[nudge.start : nudge.end, nudge.body], 0
             )
         self._sum = np.concatenate([np.zeros((1, step.shape[1])), np.cumsum(step, axis=0)])
-        self._where: Array = np.stack(positions, axis=1)
-        self._close = self._closeness(self._where - hand[:, None, :3])
+        places = [
+            np.column_stack([np.interp(self.times, t[b.known], b.poses[b.known, axis]) for axis in range(3)])
+            for b in (hand, *bodies)
+        ]
+        self._where: Array = np.stack(places[1:], axis=1)
+        self._close = self._closeness(self._where - places[0][:, None])
         self.prior = log_prior(len(d.object_names))
 
     @property

@@ -15,7 +15,7 @@ from imitate.demonstration import Demonstration
 from imitate.formats.demonstrations import read_demonstration
 from imitate.geometry import compose, from_yaw
 from imitate.segmentation import segment
-from imitate.segmentation.motion import noise
+from imitate.segmentation.tracks import noise
 from imitate.settings import load_settings
 from imitate.world.performance import perform as perform_human
 
