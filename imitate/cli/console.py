@@ -38,6 +38,11 @@ Workers = Annotated[
     int | None, typer.Option("--workers", min=1, help="Processes that run trials; by default one per core.")
 ]
 
+Cluster = Annotated[
+    str,
+    typer.Option("--cluster", metavar="tcp://HOST:PORT", help="Run trials on a cluster of dask.distributed."),
+]
+
 _WIDE = 1000
 """characters, more than any table needs."""
 

@@ -32,6 +32,7 @@ def learn(
     settings_file: console.SettingsFile = None,
     seed: console.Seed = 0,
     workers: console.Workers = None,
+    cluster: console.Cluster = "",
     as_json: console.Json = False,
     force: console.Force = False,
 ) -> None:
@@ -62,6 +63,7 @@ def learn(
         log=log,
         rrd=viewed,
         force=force,
+        cluster=cluster,
     )
     began = time.monotonic()
     progress = Progress()

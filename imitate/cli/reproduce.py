@@ -14,7 +14,16 @@ def reproduce(
     session: Annotated[Path, typer.Argument(metavar="SESSION", help="A finished session (.mcap).")],
     trials: Annotated[int, typer.Option("--trials", min=1, help="Perturbed starts.")] = 20,
     seed: console.Seed = 0,
+    shift: Annotated[
+        float | None,
+        typer.Option("--shift", metavar="M", min=0, help="How far each object is moved, at most; 0.02."),
+    ] = None,
+    turn: Annotated[
+        float | None,
+        typer.Option("--turn", metavar="DEGREES", min=0, help="How far each is turned, at most; 15."),
+    ] = None,
     workers: console.Workers = None,
+    cluster: console.Cluster = "",
     as_json: console.Json = False,
 ) -> None:
     """Run a learned task from new starts.
@@ -24,12 +33,14 @@ def reproduce(
     import os
 
     from imitate.events import Reproduced, TrialFinished
+    from imitate.learning.trials import executors
     from imitate.session.reproduction import reproduce_session
 
     result: Reproduced | None = None
     with console.progress() as bar:
         task = bar.add_task("reproducing", total=trials)
-        for event in reproduce_session(session, trials, seed, workers or os.cpu_count() or 1):
+        factory = executors(workers or os.cpu_count() or 1, cluster)
+        for event in reproduce_session(session, trials, seed, factory, shift, turn):
             if isinstance(event, TrialFinished):
                 bar.advance(task)
                 if event.failure:

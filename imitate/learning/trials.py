@@ -26,6 +26,7 @@ from imitate.world.trial import Outcome, Simulator
 ExecutorFactory = Callable[[], Executor]
 
 _DEATHS_FORGIVEN = 3
+_ONE_AT_A_TIME = threading.Lock()  # a cluster's worker may have several threads, and a world is one
 
 
 @dataclass(frozen=True)
@@ -100,8 +101,22 @@ class Trials:
                 self._executor = self._factory()
 
 
+def executors(workers: int, cluster_address: str = "") -> ExecutorFactory:
+    """Local processes, or the workers of a cluster where there is an address of one.
+
+    Raises:
+        ImitateError: the cluster cannot be used.
+    """
+    if not cluster_address:
+        return process_pool(workers)
+    from imitate.learning.cluster import cluster
+
+    return cluster(cluster_address)
+
+
 def _run_task(scene: bytes, task: Task) -> Outcome:
-    return _simulator(scene).run(task.start, task.policies)
+    with _ONE_AT_A_TIME:
+        return _simulator(scene).run(task.start, task.policies)
 
 
 @lru_cache(maxsize=1)

@@ -15,13 +15,28 @@ from imitate.formats.session_log import read_session
 from imitate.learning.option import Option
 from imitate.learning.problem import formulate
 from imitate.learning.reproduce import reproduce
-from imitate.learning.trials import Trials, process_pool
+from imitate.learning.trials import ExecutorFactory, Trials
 from imitate.settings import settings_from_toml
 from imitate.skill import Formulation, Policy, Segment
 
 
-def reproduce_session(path: Path, count: int, seed: int, workers: int) -> Iterator[Event]:
+def reproduce_session(
+    path: Path,
+    count: int,
+    seed: int,
+    factory: ExecutorFactory,
+    shift: float | None = None,
+    turn: float | None = None,
+) -> Iterator[Event]:
     """Runs the options of a session from ``count`` perturbed starts.
+
+    Args:
+        path: the session.
+        count: of the starts.
+        seed: of the starts.
+        factory: of what runs them.
+        shift: m by which each object is moved at most; as the session's settings say otherwise.
+        turn: degrees by which each is turned at most, likewise.
 
     Raises:
         FileError: not a session, or one in which some skill was not learned; names it.
@@ -51,11 +66,13 @@ def reproduce_session(path: Path, count: int, seed: int, workers: int) -> Iterat
             f"Learn again with another seed: imitate learn {started.source} --seed {started.seed + 1}",
         )
     settings = settings_from_toml(started.settings)
+    wider = {k: v for k, v in {"shift": shift, "turn": turn}.items() if v is not None}
+    settings = settings.model_copy(update={"learning": settings.learning.model_copy(update=wider)})
     demonstration = interpolated(started.demonstration)
     options = tuple(
         Option(formulate(demonstration, segments, formulation, settings), policy)
         for formulation, policy in learned.values()
     )
-    with Trials(process_pool(workers), started.scene, settings) as trials:
+    with Trials(factory, started.scene, settings) as trials:
         seeds = np.random.SeedSequence(seed)
         yield from reproduce(demonstration, segments, options, trials, seeds, count)

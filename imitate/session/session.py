@@ -18,7 +18,7 @@ from imitate.formats.session_log import SessionWriter
 from imitate.learning.problem import check_durations
 from imitate.learning.reformulate import Search, learn_options
 from imitate.learning.reproduce import reproduce
-from imitate.learning.trials import Trials, process_pool
+from imitate.learning.trials import Trials, executors
 from imitate.segmentation import apply_decisions, segment
 from imitate.session.source import Source, Watching, read_source
 from imitate.session.versions import versions
@@ -41,6 +41,7 @@ class Request:
         log: where the session is written; None writes none.
         rrd: where the viewer's file is written; None writes none.
         force: overwrite both.
+        cluster: address of a scheduler whose workers run the trials instead; empty for none.
     """
 
     source: Path
@@ -52,6 +53,7 @@ class Request:
     log: Path | None = None
     rrd: Path | None = None
     force: bool = False
+    cluster: str = ""
 
 
 def run(
@@ -129,7 +131,7 @@ def _course(request: Request, source: Source, stack: ExitStack) -> Iterator[Even
     assert isinstance(started, events.SessionStarted)
     assert isinstance(segmented, events.Segmented | events.Decided)
     demonstration, scene, segments = interpolated(started.demonstration), started.scene, segmented.segments
-    trials = stack.enter_context(Trials(process_pool(request.workers), scene, request.settings))
+    trials = stack.enter_context(Trials(executors(request.workers, request.cluster), scene, request.settings))
     search = yield from learn_options(demonstration, segments, trials, shown_start(scene), request.seed)
     yield from _reproduction(request, demonstration, segments, search, trials)
 
