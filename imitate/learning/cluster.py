@@ -22,8 +22,8 @@ def cluster(address: str) -> Callable[[], Executor]:
     A worker that dies costs a repeat: the scheduler gives what it had to another one.
 
     Raises:
-        ImitateError: dask.distributed is not installed, nothing answers, or workers are missing or unlike this
-            installation; raised at once, before anything is run.
+        ImitateError: dask.distributed is not installed, nothing answers, or workers are missing or unlike
+            this installation; raised at once, before anything is run.
     """
     _connect(address).close()
     return partial(_executor, address)
@@ -62,8 +62,8 @@ def _connect(address: str) -> Any:
         client = Client(address, timeout=_PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise ImitateError(
-            f"--cluster {address}: no scheduler answers there ({error or type(error).__name__}). Start one with "
-            "`dask scheduler` and give its address, such as tcp://localhost:8786."
+            f"--cluster {address}: no scheduler answers there ({error or type(error).__name__}). Start "
+            "one with `dask scheduler` and give its address, such as tcp://localhost:8786."
         ) from error
     try:
         _check_workers(client, address)
@@ -77,14 +77,15 @@ def _check_workers(client: Any, address: str) -> None:
     found = client.run(_versions)
     if not found:
         raise ImitateError(
-            f"--cluster {address}: the scheduler has no workers. Start some: dask worker {address} --nthreads 1"
+            f"--cluster {address}: the scheduler has no workers. Start some: "
+            f"dask worker {address} --nthreads 1"
         )
     here = _versions()
     for worker, there in found.items():
         if there != here:
             raise ImitateError(
-                f"--cluster {address}: the worker {worker} has {_listed(there)}, and here it is {_listed(here)}; "
-                "their trials could differ. Install the same versions on both."
+                f"--cluster {address}: the worker {worker} has {_listed(there)}, and here it is "
+                f"{_listed(here)}; their trials could differ. Install the same versions on both."
             )
 
 

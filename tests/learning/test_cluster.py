@@ -89,7 +89,7 @@ def test_an_address_that_is_none_is_said(monkeypatch):
 def test_a_scheduler_without_workers_is_said():
     with (
         distributed.LocalCluster(n_workers=0, host="127.0.0.1", dashboard_address=":0") as empty,
-        pytest.raises(ImitateError, match="the scheduler has no workers. Start some: dask worker tcp://"),
+        pytest.raises(ImitateError, match=r"the scheduler has no workers. Start some: dask worker tcp://"),
     ):
         cluster(empty.scheduler_address)
 
