@@ -17,7 +17,12 @@ _SMALL = 1 << 27
 
 
 def info(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Any MCAP file, or a demonstration in NPZ.")],
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE", help="Any MCAP file, a demonstration, a recording's folder, or a cloud."
+        ),
+    ],
     as_json: console.Json = False,
 ) -> None:
     """Say what is inside a file.
@@ -45,6 +50,10 @@ def info(
         found["complete"] &= not found["damage"]
     elif found["kind"] == "demonstration" and not found.get("damage"):
         found |= _demonstration(file)
+    elif found["kind"] == "recording" and not found.get("damage"):
+        found |= _recording(file)
+    elif found["kind"] == "cloud":
+        found |= _cloud(file)
     console.write_json(found) if as_json else _show(found)
     if found.get("damage"):
         raise typer.Exit(console.Exit.LOSSY)
@@ -101,6 +110,31 @@ def _demonstration(file: Path) -> dict[str, Any]:
     }
 
 
+def _recording(file: Path) -> dict[str, Any]:
+    """Its pictures, or what keeps them from being used."""
+    from dataclasses import asdict
+
+    from imitate.errors import FileError
+    from imitate.formats.recordings import open_recording
+
+    try:
+        recording = open_recording(file)
+    except FileError as error:
+        return {"problem": str(error).removeprefix(f"{file}: ")}
+    return {
+        "frames": recording.count,
+        "camera": asdict(recording.intrinsics),
+        "notes": list(recording.notes),
+    }
+
+
+def _cloud(file: Path) -> dict[str, Any]:
+    from imitate.formats.clouds import read_cloud
+
+    cloud = read_cloud(file)
+    return {"points": len(cloud.points), "colour": cloud.colour is not None, "shape": cloud.shape}
+
+
 def _show(found: dict[str, Any]) -> None:
     facts = console.table("", "", header=False)
     for name in (
@@ -114,12 +148,23 @@ def _show(found: dict[str, Any]) -> None:
         "bytes",
         "robot",
         "imitate",
+        "points",
+        "colour",
+        "problem",
     ):
         if name in found:
             value = found[name]
             facts.add_row(name, f"{value:,}" if type(value) is int and name != "seed" else str(value))
     if "seconds" in found:
         facts.add_row("seconds", f"{found['seconds']:.3f}")
+    if "camera" in found:
+        camera = found["camera"]
+        size = f"{camera['width']}×{camera['height']}"
+        facts.add_row(
+            "camera", f"{size}, " + ", ".join(f"{k} {camera[k]:g}" for k in ("fx", "fy", "cx", "cy"))
+        )
+    for note in found.get("notes", ()):
+        facts.add_row("note", note)
     for thing in found.get("objects", ()):
         facts.add_row("object", thing if isinstance(thing, str) else _object(thing))
     for damage in found.get("damage", ()):

@@ -127,7 +127,7 @@ def report_recording(seen: Observation, as_json: bool) -> None:
     _warn(seen.first)
     for thing in seen.first.objects:
         if thing.name not in d.object_names:
-            console.narrate(f"{thing.name}: not followed, for it has no colour of its own")
+            console.narrate(f"{thing.name}: not followed")
     for name, frames in seen.lost_frames.items():
         spans = ", ".join(f"{start:.1f}–{end:.1f}" for start, end in seen.lost[name])
         console.narrate(f"{name}: not seen in {frames} of {len(d.t)} frames, at {spans} s")

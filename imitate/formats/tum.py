@@ -63,11 +63,8 @@ class TumFolder:
         Raises:
             FileError: as `Streams.frames`, or a file that is listed and missing.
         """
-        colours, depths = (
-            (Stamped(kind, time, _picture(file, time)) for time, file in lines)
-            for kind, lines in zip((COLOUR, DEPTH), self.lists, strict=True)
-        )
-        merged = heapq.merge(colours, depths, key=lambda one: one.time)
+        streams = map(_stamped, (COLOUR, DEPTH), self.lists)
+        merged = heapq.merge(*streams, key=lambda one: one.time)
         yield from self.streams.frames(merged, Tally())
 
 
@@ -93,6 +90,10 @@ def open_tum(path: Path, settings: Perception) -> TumFolder:
         within=settings.pair_within,
     )
     return TumFolder(path, (colours, depths), streams)
+
+
+def _stamped(kind: int, lines: list[Line]) -> Iterator[Stamped[Picture]]:
+    return (Stamped(kind, time, _picture(file, time)) for time, file in lines)
 
 
 def _picture(file: Path, time: int) -> Picture:
