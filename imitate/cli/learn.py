@@ -28,6 +28,10 @@ def learn(
         typer.Option("--mode", metavar="robust|faithful", help="Settings: robust (default) or the paper's."),
     ] = None,
     rrd: Annotated[bool, typer.Option(help="Write the Rerun file beside the session.")] = True,
+    decisions: Annotated[
+        Path | None,
+        typer.Option("--decisions", metavar="FILE.json", help="Your decisions, applied to what is found."),
+    ] = None,
     mapping_file: console.MappingFile = None,
     settings_file: console.SettingsFile = None,
     seed: console.Seed = 0,
@@ -42,6 +46,7 @@ def learn(
     """
     import os
 
+    from imitate.formats.decisions import read_decisions
     from imitate.formats.mapping import read_mapping
     from imitate.formats.output import free_name, refuse_existing, require_mcap
     from imitate.session.progress import Progress, learn_report
@@ -59,6 +64,7 @@ def learn(
         settings,
         seed,
         workers or os.cpu_count() or 1,
+        read_decisions(decisions) if decisions else (),
         mapping=read_mapping(mapping_file) if mapping_file else None,
         log=log,
         rrd=viewed,

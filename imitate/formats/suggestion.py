@@ -12,7 +12,10 @@ _ROTATION = re.compile(r"(?P<body>.*?)[._/ ]?(?:orientation|rotation|quaternion|
 
 
 def suggested(
-    widths: Mapping[str, int | None], bodies: Mapping[str, Mapping[str, str]], times: Collection[str]
+    widths: Mapping[str, int | None],
+    bodies: Mapping[str, Mapping[str, str]],
+    times: Collection[str],
+    timed: bool = False,
 ) -> str:
     """A mapping in TOML that names as much as the columns' names tell; the rest is for the person to change.
 
@@ -20,14 +23,18 @@ def suggested(
         widths: column → numbers a row, None where it holds none.
         bodies: body → axis → column, as recognised.
         times: names of columns of times, in lower case.
+        timed: whether the file says its rate elsewhere.
     """
     time = next((name for name in widths if name.lower() in times), None)
     found = _parts(widths, bodies) or {"hand": _made_up(widths, 0), "cube": _made_up(widths, 7)}
     hand = (
         "hand" if "hand" in found else next((name for name in found if _HAND.search(name)), next(iter(found)))
     )
-    objects = {name: part for name, part in found.items() if name != hand} or {"cube": _made_up(widths, 7)}
-    lines = [f"time = {json.dumps(time)}" if time else "rate = 20.0            # frames a second"]
+    said = "".join(found[hand])
+    spare = {name: width for name, width in widths.items() if json.dumps(name) not in said}
+    objects = {name: part for name, part in found.items() if name != hand} or {"cube": _made_up(spare, 0)}
+    lines = [f"time = {json.dumps(time)}"] if time else []
+    lines += [] if time or timed else ["rate = 20.0            # frames a second"]
     lines += ['rotation_as = "xyzw"   # or wxyz, rotvec, rpy', "", "[hand]", *found[hand]]
     for name, part in objects.items():
         lines += ["", f"[objects.{_key(name)}]", *part, "size = [0.04, 0.04, 0.04]   # m, where known"]

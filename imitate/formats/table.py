@@ -276,5 +276,5 @@ def _unrecognised(table: Table, problem: str) -> FileError:
         table.path,
         f"{problem}; {_listed(table)}",
         "Say what they mean in a mapping, and pass it with --mapping FILE.toml. One to start from:\n\n"
-        + suggested(table.widths, recognised(table.widths), TIME_NAMES),
+        + suggested(table.widths, recognised(table.widths), TIME_NAMES, table.rate is not None),
     )

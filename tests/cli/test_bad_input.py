@@ -162,3 +162,26 @@ def test_a_demonstration_where_something_else_is_expected(refused, verb):
     code, message = refused(verb, FIXTURE)
     assert code == 1
     assert "An NPZ holds a demonstration: imitate learn" in message
+
+
+@pytest.mark.parametrize("verb", ["segment", "learn"])
+def test_columns_that_mean_nothing_to_us(refused, verb, tmp_path):
+    file = tmp_path / "log.csv"
+    file.write_text("stamp,ax,ay,az\n0,1,2,3\n1,2,3,4\n")
+    code, message = refused(verb, file)
+    assert code == 1
+    assert "its columns are stamp, ax, ay, az" in message
+    assert "pass it with --mapping FILE.toml" in message
+    mapping = tmp_path / "mapping.toml"
+    mapping.write_text('hand.position = ["ax", "ay", "aw"]\nobjects.cube.position = ["ax", "ay", "az"]\n')
+    code, message = refused(verb, file, "--mapping", mapping)
+    assert code == 1
+    assert "has no column 'aw' (for hand)" in message
+
+
+def test_decisions_that_cannot_be_applied_start_no_learning(refused, tmp_path):
+    decisions = tmp_path / "decisions.json"
+    decisions.write_text('[{"kind": "merge", "segment": 4}]')
+    code, message = refused("learn", FIXTURE, "--decisions", decisions)
+    assert code == 2
+    assert "decision 1 (merge): there are no segments 4 and 5" in message

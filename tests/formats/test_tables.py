@@ -247,6 +247,16 @@ def test_robomimic(tmp_path):
     np.testing.assert_allclose(read.objects[:, 0, 3:], QUATERNIONS["cube"], atol=1e-15)
 
 
+def test_the_mapping_shown_for_robomimic_works(tmp_path):
+    file = robomimic(tmp_path / "one.hdf5", 1)
+    with pytest.raises(FileError) as caught:
+        read_demonstration(file)
+    shown = str(caught.value).split("One to start from:\n\n")[1]
+    read = read_demonstration(file, mapping(tmp_path, shown))
+    np.testing.assert_allclose(read.t, T)
+    np.testing.assert_array_equal(read.objects[:, 0, :3], POSITIONS["cube"])
+
+
 def test_robomimic_without_a_mapping(tmp_path):
     with pytest.raises(FileError, match=r"holds 2 demonstrations, demo_0 to demo_1\. Choose one"):
         read_demonstration(robomimic(tmp_path / "two.hdf5"))
