@@ -5,12 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable
 from difflib import get_close_matches
 from pathlib import Path
+from typing import Any
 
 
 class ImitateError(Exception):
     """Bad input. The views print its message alone; ``exit_code`` is the process's exit code."""
 
     exit_code = 1
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Pickling calls the class with its message, and not every kind is made from one.
+        return _remade, (type(self), self.args)
 
 
 class FileError(ImitateError):
@@ -48,3 +53,7 @@ class UnknownNameError(UsageError):
         near = get_close_matches(name, choices, n=1)
         hint = f" Did you mean {near[0]!r}?" if near else ""
         super().__init__(f"unknown {kind} {name!r}.{hint} Valid: {', '.join(choices)}.")
+
+
+def _remade(kind: type[ImitateError], args: tuple[Any, ...]) -> ImitateError:
+    return kind.__new__(kind, *args)
