@@ -1,8 +1,8 @@
 """Every constant of the method, typed, with unit and source; TOML in and out.
 
 Two complete sets exist: ``robust`` (the default, for users) and ``faithful`` (as the paper states it, for the
-tables). ``cst`` is the robust one but for the segmentation, which is the baseline that the paper compares with.
-A settings file holds ``mode`` and whatever is to differ from that mode's values.
+tables). ``cst`` is ``robust`` but for the segmentation, which is the baseline that the paper compares with. A
+settings file holds ``mode`` and whatever is to differ from that mode's values.
 """
 
 from __future__ import annotations

@@ -39,20 +39,28 @@ def with_rests(
     if most == 0:
         return tuple(cuts)
     hand = resample(t, demonstration.hand, times)
+    names = {name for held in carried for name in held}
+    tracks = {name: resample(t, demonstration.pose_of(name), times) for name in names}
     for k in range(1, len(cuts) - 1):
         if carried[k - 1] and not carried[k]:
-            bodies = [resample(t, demonstration.pose_of(name), times) for name in carried[k - 1]]
-            grips = [grip(hand, body, cuts[k - 1], cuts[k]) for body in bodies]
-            cuts = let_go(cuts, k, hand[:, :3], np.stack(grips, axis=1), most, shortest)
+            first, last = cuts[k - 1], cuts[k + 1]
+            grips = [grip(hand, tracks[name], first, cuts[k], last) for name in carried[k - 1]]
+            local = (0, cuts[k] - first, last - first)
+            _, moved, _ = let_go(local, 1, hand[first:last, :3], np.stack(grips, axis=1), most, shortest)
+            cuts = (*cuts[:k], first + moved, *cuts[k + 1 :])
     carries = [bool(names) for names in carried]
     return rests_to_carries(cuts, carries, resting(demonstration, times, settings), most, shortest)
 
 
-def grip(hand: Array, body: Array, start: int, end: int) -> Array:
-    """(T, 3) the point of a body (T, 7) where the hand (T, 7) has it from frame ``start`` to ``end``."""
+def grip(hand: Array, body: Array, start: int, end: int, last: int) -> Array:
+    """The point of a body (T, 7) where the hand (T, 7) has it from frame ``start`` to ``end``.
+
+    Returns:
+        (last − start, 3) where that point is from frame ``start`` to ``last``.
+    """
     held = relative(body[start:end], hand[start:end])[:, :3]
     where = np.append(np.median(held, axis=0), [0.0, 0, 0, 1])
-    return compose(body, where)[:, :3]
+    return compose(body[start:last], where)[:, :3]
 
 
 def resting(demonstration: Demonstration, times: Array, settings: Segmentation) -> NDArray[np.bool_]:

@@ -1,4 +1,4 @@
-"""The baseline's likelihood is the textbook's, its sums are its paper's, and it cuts a carry that slows down."""
+"""The baseline has the textbook's likelihood and its paper's sums, and cuts a carry that slows down."""
 
 from itertools import pairwise
 
