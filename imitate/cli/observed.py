@@ -116,8 +116,6 @@ def report_recording(seen: Observation, as_json: bool) -> None:
     d = seen.demonstration
     if as_json:
         found = _view(seen.first)
-        for thing in found["objects"]:
-            thing["tracked"] = thing["name"] in d.object_names
         confidence = dict(zip(("hand", *d.object_names), seen.confidence.mean(axis=0).tolist(), strict=True))
         found |= {"frames": len(d.t), "seconds": d.duration, "confidence": confidence, "lost": seen.lost}
         console.write_json(found)
@@ -125,9 +123,6 @@ def report_recording(seen: Observation, as_json: bool) -> None:
         console.write(f"{len(d.t)} frames, {d.duration:.1f} s")
         _show_view(seen.first)
     _warn(seen.first)
-    for thing in seen.first.objects:
-        if thing.name not in d.object_names:
-            console.narrate(f"{thing.name}: not followed")
     for name, frames in seen.lost_frames.items():
         spans = ", ".join(f"{start:.1f}–{end:.1f}" for start, end in seen.lost[name])
         console.narrate(f"{name}: not seen in {frames} of {len(d.t)} frames, at {spans} s")

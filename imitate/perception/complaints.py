@@ -37,12 +37,13 @@ def no_table(name: str, why: str, points: Array) -> str:
 
 def no_block(name: str, first: FirstView, settings: Perception) -> str:
     """Of a table with nothing on it that can be followed."""
-    others = ", ".join(thing.name for thing in first.objects)
-    found = f"on the table: {others}" if others else "on the table there is nothing"
+    low, high = first.table.low, first.table.high
+    sides = " × ".join(f"{side:.2f}" for side in high - low)
     return (
-        f"{name}: no block that can be followed in the first view; {found}. Blocks are coloured, at least "
-        f"1.5 cm high, apart from each other, and not {settings.left_finger} or {settings.right_finger}, "
-        "which are the fingers' (--left-finger, --right-finger)."
+        f"{name}: nothing to follow stands on the table in the first view. The table found is {sides} m, "
+        f"{first.table.inliers:,} points of it. Looked for blocks on it of at least 1.5 cm, apart from each "
+        f"other and not of the fingers' colours, {settings.left_finger} and {settings.right_finger} "
+        "(--left-finger, --right-finger)."
     )
 
 
