@@ -51,9 +51,9 @@ class Perception(_Section):
     hand_offset: float = Field(default=0.0, ge=-0.5, le=0.5)
     """m along the hand's −z: 0.1 puts the origin where the paper has it; undone in the demonstration."""
     left_finger: str = "red"
-    """hue of the left finger, which no block may have."""
+    """colour of the left finger: a hue's name, "#c81e1e", or "U,V", a pixel of the first picture."""
     right_finger: str = "yellow"
-    """hue of the right finger; the hand's y points from left to right."""
+    """colour of the right finger, likewise; the hand's y points from left to right."""
     finger_radius: float = Field(0.009, gt=0, le=0.05)
     """m, of the cylinder worn on a finger: measured once on the glove, not seen."""
     finger_length: float = Field(0.08, gt=0, le=0.3)

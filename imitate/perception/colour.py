@@ -19,6 +19,8 @@ HUES = {
     "pink": (320, 345),
 }
 """name → degrees, from (inclusive) to (exclusive), around the circle."""
+FINGERS = {"left finger": -1.0, "right finger": -2.0}
+"""what stands for a hue where a pixel shows a finger, whatever colour that has."""
 SATURATION, VALUE = 0.45, 0.12
 """0…1, from which a pixel counts as coloured."""
 
@@ -32,21 +34,24 @@ def hues(colour: NDArray[np.uint8]) -> NDArray[np.float32]:
 
 
 def is_hue(degrees: NDArray[np.float32], name: str) -> NDArray[np.bool_]:
-    """Where a hue has this name; nowhere where it is NaN.
+    """Where a hue has this name, or shows this finger; nowhere where it is NaN.
 
     Raises:
         UnknownNameError: no hue of that name.
     """
+    if name in FINGERS:
+        return np.asarray(degrees == FINGERS[name])
     if name not in HUES:
         raise UnknownNameError("hue", name, HUES)
     low, high = HUES[name]
     if low > high:
-        return np.asarray((degrees >= low) | (degrees < high))
+        return np.asarray((degrees >= low) | ((degrees >= 0) & (degrees < high)))
     return np.asarray((degrees >= low) & (degrees < high))
 
 
 def dominant_hue(degrees: NDArray[np.float32]) -> str:
-    """The name of most of these hues; "grey" where most are NaN."""
+    """The name of most of these hues; "grey" where most are none, or a finger's."""
     counts = {name: int(is_hue(degrees, name).sum()) for name in HUES}
     best = max(counts, key=lambda name: counts[name])
-    return best if counts[best] * 2 > len(degrees) or counts[best] > np.isnan(degrees).sum() else "grey"
+    none = int(np.isnan(degrees).sum() + (degrees < 0).sum())
+    return best if counts[best] * 2 > len(degrees) or counts[best] > none else "grey"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imitate.geometry import Array, conjugate, rotate
-from imitate.perception.colour import hues
+from imitate.perception.fingers import FingerColours
 from imitate.perception.shapes import Float, Mask, Pixels
 from imitate.perception.tabletop import ROOM, Table
 from imitate.rgbd import Intrinsics, RgbdFrame
@@ -24,6 +24,7 @@ class Eye:
         table_from_camera: (7,).
         rays: (H, W, 3) in the table's frame; times the depth, from the camera to the point seen.
         low, high: (2,) the table's extent in x and y, metres.
+        fingers: their colours.
     """
 
     intrinsics: Intrinsics
@@ -31,6 +32,7 @@ class Eye:
     rays: Float
     low: Array
     high: Array
+    fingers: FingerColours
 
     def is_over_table(self, points: Array) -> Mask:
         """(N,) which points (N, 3) in the table's frame are over the table, at most `ROOM` above it."""
@@ -68,7 +70,7 @@ class View:
 
     def pixels(self, window: Window) -> Pixels:
         """The pixels of a window, row by row."""
-        eye, hue = self.eye, hues(self.frame.colour[window]).reshape(-1)
+        eye, hue = self.eye, self.eye.fingers.hues(self.frame.colour[window]).reshape(-1)
         rays = eye.rays[window].reshape(-1, 3)
         return Pixels(eye.table_from_camera[:3], rays, self.frame.depth[window].reshape(-1), hue)
 
@@ -77,10 +79,10 @@ class View:
         return self.pixels(self.eye.window(points, margin, most, self.number))
 
 
-def open_eye(intrinsics: Intrinsics, table: Table) -> Eye:
+def open_eye(intrinsics: Intrinsics, table: Table, fingers: FingerColours) -> Eye:
     """The eye of a camera that saw this table."""
     turned = rotate(table.table_from_camera[3:], intrinsics.rays()).astype(np.float32)
-    return Eye(intrinsics, table.table_from_camera, turned, table.low, table.high)
+    return Eye(intrinsics, table.table_from_camera, turned, table.low, table.high, fingers)
 
 
 def _span(low: Array, high: Array, size: int) -> tuple[int, int]:

@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from imitate.errors import UsageError
 from imitate.geometry import Array
-from imitate.perception.paint import FEWEST, Paint, Picture, full_hsv, paint, turn
+from imitate.perception.colour import FINGERS, hues
+from imitate.perception.paint import FEWEST, Paint, Picture, full_hsv, resolve, turn
 from imitate.perception.shapes import Mask
 from imitate.perception.tabletop import dense_parts
 from imitate.settings import Perception
@@ -19,8 +21,10 @@ LEFT, RIGHT = -1, 1
 """along the hand's y."""
 BRIGHT = 0.75
 """0…1, from which an unsaturated pixel within a finger is a highlight."""
-_FILL = 0.015
-"""of the picture's width, the widest highlight across a finger."""
+FILL = 7
+"""pixels, the widest highlight across a finger."""
+ALIKE = 8.0
+"""degrees of hue between the fingers, below which they cannot be told apart."""
 
 
 @dataclass(frozen=True)
@@ -36,16 +40,20 @@ class FingerColours:
         White spots that a finger's colour surrounds are its highlights, and its own.
         """
         hsv = full_hsv(colour)
-        width = 2 * round(_FILL * colour.shape[1] / 2) + 1 if min(colour.shape[:2]) > 1 else 1
-        kernel = np.ones((width, width), np.uint8)
         found = np.zeros(colour.shape[:2], np.int8)
-        for side, worn_paint in ((LEFT, self.left), (RIGHT, self.right)):
-            mask = worn_paint.covers(hsv)
-            if not mask.any():
-                continue
-            closed = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, kernel) > 0
-            white = (hsv[..., 1] < 255 * worn_paint.saturation) & (hsv[..., 2] > 255 * BRIGHT)
-            found[(mask > 0) | (closed & white)] = side
+        for side, paint in ((LEFT, self.left), (RIGHT, self.right)):
+            mask = paint.covers(hsv)
+            if min(mask.shape) >= FILL and mask.any():
+                closed = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((FILL, FILL), np.uint8)) > 0
+                mask[closed & (hsv[..., 1] < 255 * paint.saturation) & (hsv[..., 2] > 255 * BRIGHT)] = 255
+            found[mask > 0] = side
+        return found
+
+    def hues(self, colour: Picture) -> NDArray[np.float32]:
+        """(H, W) hues as of `colour.hues`, with the fingers' pixels marked as `FINGERS`."""
+        found, sides = hues(colour), self.sides(colour)
+        found[sides == LEFT] = FINGERS["left finger"]
+        found[sides == RIGHT] = FINGERS["right finger"]
         return found
 
 
@@ -60,10 +68,11 @@ def finger_colours(settings: Perception, colour: Picture | None = None) -> Finge
         colour: (H, W, 3), the first picture; None where there is none in rows.
 
     Raises:
-        UsageError: not a colour, a pixel that is grey or outside the picture, a colour that is not in it.
+        UsageError: not a colour, a pixel that is grey or outside the picture, a colour that is not in it,
+            or two that are too alike.
     """
-    left = paint("left_finger", settings.left_finger, colour)
-    right = paint("right_finger", settings.right_finger, colour)
+    left = resolve("left_finger", settings.left_finger, colour)
+    right = resolve("right_finger", settings.right_finger, colour)
     return _apart(left, right)
 
 
@@ -87,7 +96,7 @@ def worn(points: Array, sides: NDArray[np.int8], settings: Perception, noise: fl
         own = np.flatnonzero(sides == side)
         for part in dense_parts(points[own], settings.finger_radius, 5) if len(own) else []:
             piece = own[part]
-            if len(piece) < FEWEST or not _is_finger(points[piece], settings, noise):
+            if len(piece) < FEWEST or not is_finger(points[piece], settings, noise):
                 continue
             away, _ = cKDTree(points[piece]).query(points, distance_upper_bound=1.5 * settings.finger_radius)
             others = np.isfinite(away) & (sides == 0)
@@ -97,7 +106,8 @@ def worn(points: Array, sides: NDArray[np.int8], settings: Perception, noise: fl
     return belongs
 
 
-def _is_finger(points: Array, settings: Perception, noise: float) -> bool:
+def is_finger(points: Array, settings: Perception, noise: float) -> bool:
+    """Whether points (N, 3) are as short and thin as a finger's cylinder, but for their noise in metres."""
     middle = np.median(points, axis=0)
     axes = np.linalg.svd((points - middle).T @ (points - middle))[0]
     along = (points - middle) @ axes
@@ -111,7 +121,13 @@ def _is_finger(points: Array, settings: Perception, noise: float) -> bool:
 def _apart(left: Paint, right: Paint) -> FingerColours:
     """Both, with hues that overlap cut half-way between them."""
     gap = turn(right.middle, left.middle)
-    if left == right or (left.width + right.width) / 2 <= abs(gap):
+    if abs(gap) < ALIKE:
+        raise UsageError(
+            f"settings: perception.left_finger and right_finger are hues of {left.middle:.0f}° and "
+            f"{right.middle:.0f}°: too alike to tell left from right. Wear two colours that differ by "
+            f"{ALIKE:.0f}° or more."
+        )
+    if (left.width + right.width) / 2 <= abs(gap):
         return FingerColours(left, right)
     cut = (left.middle + gap / 2) % 360
     if gap > 0:

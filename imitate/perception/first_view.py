@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from imitate.geometry import Array, read_only
 from imitate.perception.block import Block, block_of_cluster, fit_block
-from imitate.perception.colour import HUES, dominant_hue, hues
+from imitate.perception.colour import HUES, dominant_hue
 from imitate.perception.doubt import EDGE, doubt, size_deviation
 from imitate.perception.fingers import FingerColours, finger_colours, worn
 from imitate.perception.shapes import Float, Mask, Pixels, box_depth
@@ -28,7 +28,7 @@ class SeenObject:
     """One thing on the table.
 
     Attributes:
-        name: its hue, "grey" where it has none or several, "object1" … where the view has no colour;
+        name: its hue, "grey" where it has none, several or a finger's, "object1" … without colour;
             numbered when repeated.
         block: its size and its pose in the table's frame.
         size_std: (3,) standard deviation of the block's size, metres.
@@ -60,13 +60,11 @@ class FirstView:
         table: what things stand on.
         objects: by name.
         labels: (N,) of the points given: −1 none, 0 table, 1 … objects in order.
-        fingers: the colours of the hand's fingers; None where the view has no colour.
     """
 
     table: Table
     objects: tuple[SeenObject, ...]
     labels: NDArray[np.int32]
-    fingers: FingerColours | None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "labels", read_only(self.labels, np.int32))
@@ -78,6 +76,7 @@ def first_view(
     settings: Perception,
     seed: int,
     shape: tuple[int, int] | None = None,
+    fingers: FingerColours | None = None,
 ) -> FirstView:
     """Find the table and the objects in one view without motion (the paper, Appendix A).
 
@@ -87,6 +86,7 @@ def first_view(
         settings: what the hand looks like, and the sensor's noise.
         seed: of every random draw.
         shape: (H, W) where the points are a picture's pixels, row by row.
+        fingers: their colours; None: as the settings say, looked up in this view.
 
     Raises:
         ImitateError: no table in it.
@@ -96,7 +96,9 @@ def first_view(
     points = np.asarray(points, float)
     seen = np.flatnonzero(np.isfinite(points).all(axis=1) & (points[:, 2] > 0))
     table = find_table(points[seen], seed)
-    hue, sides, fingers = _coloured(colour, settings, len(points), shape)
+    if fingers is None and colour is not None:
+        fingers = finger_colours(settings, colour.reshape(*shape, 3) if shape else None)
+    hue, sides = _coloured(colour, fingers, len(points), shape)
     labels = np.full(len(points), -1, np.int32)
     labels[seen[on_table(points[seen], table)]] = 0
     noise = float(table.noise(np.array(np.median(points[seen, 2]))))
@@ -112,18 +114,20 @@ def first_view(
     for k, (name, own) in enumerate(found):
         labels[own] = k + 1
         objects.append(_measured(name, pixels, labels[seen] == k + 1, table, settings, generator))
-    return FirstView(table, tuple(_numbered(objects)), labels, fingers)
+    return FirstView(table, tuple(_numbered(objects)), labels)
 
 
 def _coloured(
-    colour: NDArray[np.uint8] | None, settings: Perception, count: int, shape: tuple[int, int] | None
-) -> tuple[Float, NDArray[np.int8], FingerColours | None]:
-    """Hues (N,), which finger's colour each point has (N,), and the fingers' colours."""
-    if colour is None:
-        return np.full(count, np.nan, np.float32), np.zeros(count, np.int8), None
+    colour: NDArray[np.uint8] | None,
+    fingers: FingerColours | None,
+    count: int,
+    shape: tuple[int, int] | None,
+) -> tuple[Float, NDArray[np.int8]]:
+    """Hues (N,), and which finger's colour each point has (N,)."""
+    if colour is None or fingers is None:
+        return np.full(count, np.nan, np.float32), np.zeros(count, np.int8)
     picture = colour.reshape(*(shape or (1, count)), 3)
-    fingers = finger_colours(settings, picture if shape else None)
-    return hues(picture).reshape(-1), fingers.sides(picture).reshape(-1), fingers
+    return fingers.hues(picture).reshape(-1), fingers.sides(picture).reshape(-1)
 
 
 def _pixels(placed: Array, points: Array, hue: Float, table: Table) -> Pixels:

@@ -7,13 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from imitate.geometry import Array, compose, normalised
-from imitate.perception.colour import is_hue
-from imitate.perception.shapes import Float, Pixels, agreement, cylinder_depth
+from imitate.geometry import Array, compose, normalised, rotate
+from imitate.perception.colour import FINGERS, is_hue
+from imitate.perception.fingers import LEFT, RIGHT, is_finger
+from imitate.perception.shapes import Pixels
+from imitate.perception.tabletop import dense_parts
 from imitate.settings import Perception
 
-SIDES = (-1, 1)
-"""left and right, along the hand's y."""
+SIDES = (LEFT, RIGHT)
+NAMES = tuple(FINGERS)
+"""of the left and the right finger."""
 SLACK = 0.01
 """m around a finger in which it is compared with what was seen."""
 FEWEST = 12
@@ -37,18 +40,20 @@ def finger_poses(hands: Array, openings: Array, settings: Perception, side: int)
     return compose(hands, offsets)
 
 
-def hand_of_pixels(pixels: Pixels, settings: Perception) -> Hand | None:
+def hand_of_pixels(pixels: Pixels, settings: Perception, before: Hand | None = None) -> Hand | None:
     """The hand as the two fingers' pixels show it, or None where one is not seen (the paper, Appendix A).
 
     z along the mean of the cylinders' axes, y from the left to the right one, x = y × z. The axes are fitted
-    with the known radius; the tips are their lower ends.
+    with the known radius. The tips are their lower ends; where the hand was seen before, the ends that its z
+    pointed to then, however it has been turned since.
     """
+    tips = np.array([0, 0, -1.0]) if before is None else rotate(before.pose[3:], [0, 0, 1.0])
     fits = []
-    for name in (settings.left_finger, settings.right_finger):
+    for name in NAMES:
         kept = is_hue(pixels.hue, name) & (pixels.depth > 0)
         if kept.sum() < FEWEST:
             return None
-        fits.append(_fit_axis(pixels.where(kept), settings))
+        fits.append(_fit_axis(pixels.where(kept), settings, tips))
     (left, a), (right, b) = fits
     z = (a + b) / np.linalg.norm(a + b)
     y = right - left
@@ -61,31 +66,12 @@ def hand_of_pixels(pixels: Pixels, settings: Perception) -> Hand | None:
     return Hand(normalised(np.concatenate([(left + right) / 2, turn])), opening)
 
 
-def hand_score(fingers: tuple[Pixels, Pixels], hands: Array, openings: Array, settings: Perception) -> Float:
-    """(N,) log-likelihood of the pixels around left and right for N hands (N, 7) and openings (N,)."""
-    total = np.zeros(len(hands), np.float32)
-    for pixels, side, name in zip(fingers, SIDES, (settings.left_finger, settings.right_finger), strict=True):
-        poses = finger_poses(hands, openings, settings, side)
-        depth = cylinder_depth(pixels, poses, settings.finger_radius, settings.finger_length)
-        total += agreement(pixels, is_hue(pixels.hue, name), depth, settings.depth_noise)
-    return total
-
-
-def around_finger(pixels: Pixels, hands: Array, openings: Array, settings: Perception, side: int) -> Pixels:
-    """Those pixels that show the finger of one of some hands, or the space within `SLACK` of it."""
-    poses = finger_poses(hands, openings, settings, side)
-    size = settings.finger_radius + SLACK, settings.finger_length + 2 * SLACK
-    hit = np.isfinite(cylinder_depth(pixels, poses, *size))
-    return pixels.where(np.asarray(hit.any(axis=0)))
-
-
-def _fit_axis(pixels: Pixels, settings: Perception) -> tuple[Array, Array]:
-    """(tip, direction) of the cylinder through one finger's pixels; the direction points downwards."""
-    points = pixels.points()
-    points = points[np.linalg.norm(points - np.median(points, axis=0), axis=1) < settings.finger_length]
+def _fit_axis(pixels: Pixels, settings: Perception, tips: Array) -> tuple[Array, Array]:
+    """(tip, direction) of the cylinder through one finger's pixels; the direction points as ``tips`` does."""
+    points = _finger(pixels.points(), settings)
     middle = points.mean(axis=0)
     direction = np.linalg.svd((points - middle).T @ (points - middle))[0][:, 0]
-    direction = direction if direction[2] < 0 else -direction
+    direction = direction if direction @ tips > 0 else -direction
     sight = middle - pixels.origin
     across = np.cross(direction, sight)
     inwards = np.cross(across, direction)
@@ -94,3 +80,12 @@ def _fit_axis(pixels: Pixels, settings: Perception) -> tuple[Array, Array]:
     middle = middle + inwards * settings.finger_radius * np.pi / 4
     along = (points - middle) @ direction
     return middle + direction * np.percentile(along, 98), direction
+
+
+def _finger(points: Array, settings: Perception) -> Array:
+    """Of the points (N, 3) of a finger's colour the largest part that could be one, metres."""
+    parts: list[Array] = [points[part] for part in dense_parts(points, settings.finger_radius, 4)]
+    likely = [part for part in parts if is_finger(part, settings, settings.depth_noise)]
+    scattered = points[np.linalg.norm(points - np.median(points, axis=0), axis=1) < settings.finger_length]
+    choices: list[Array] = [*likely, *parts, scattered]
+    return choices[0]

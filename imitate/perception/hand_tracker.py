@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from imitate.geometry import Array, compose, conjugate, inverse, normalised, quaternion_multiply
 from imitate.perception.evidence import Evidence, Fit, evidence_for
 from imitate.perception.eye import View
-from imitate.perception.hand import SIDES, SLACK, Hand, finger_poses, hand_of_pixels
+from imitate.perception.hand import NAMES, SIDES, SLACK, Hand, finger_poses, hand_of_pixels
 from imitate.perception.particles import anneal, around, expected, moved
 from imitate.perception.shapes import Float, Pixels, cylinder_nearness
 from imitate.perception.tracker import FORGET, UNSEEN, WORSE, Motion, Sight
@@ -34,7 +34,6 @@ class HandTracker:
 
     def __init__(self, settings: Perception) -> None:
         self._settings = settings
-        self._hues = settings.left_finger, settings.right_finger
         self._hand: Hand | None = None
         self._velocity, self._time = np.zeros(7), 0.0
         self._usual, self._agreement = -np.inf, 0.0
@@ -89,7 +88,7 @@ class HandTracker:
     ) -> tuple[Hand, list[Fit]] | None:
         """A search around where the fingers' pixels put the hand, and around where it was."""
         pixels = view.pixels((slice(0, None, FINE), slice(0, None, FINE)))
-        shown = hand_of_pixels(pixels, self._settings)
+        shown = hand_of_pixels(pixels, self._settings, before)
         if shown is None:
             return None
         guesses = np.zeros((1, 7))
@@ -140,7 +139,7 @@ class HandTracker:
         middles = finger_poses(hands, openings, settings, side)
         ends = np.concatenate([compose(middles, half), compose(middles, half * [1, 1, -1, 1, 1, 1, 1])])
         pixels = view.around(ends[:, :3], settings.finger_radius + SLACK, settings.pixels)
-        return evidence_for(self._hues[SIDES.index(side)], pixels, (), settings.depth_noise)
+        return evidence_for(NAMES[SIDES.index(side)], pixels, (), settings.depth_noise)
 
     def _finger(self, pixels: Pixels, hands: Array, openings: Array, side: int) -> Float:
         poses = finger_poses(hands, openings, self._settings, side)

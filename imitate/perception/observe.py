@@ -21,6 +21,7 @@ from imitate.perception.colour import HUES
 from imitate.perception.complaints import no_block, no_hand, one_frame
 from imitate.perception.evidence import Body
 from imitate.perception.eye import View, open_eye
+from imitate.perception.fingers import FingerColours, finger_colours
 from imitate.perception.first_view import FirstView
 from imitate.perception.hand_tracker import HandTracker
 from imitate.perception.look import look
@@ -90,8 +91,9 @@ def observe(
     still = list(islice(frames, chosen.still_frames))
     if len(still) < 2:
         raise ImitateError(one_frame(name, len(still)))
-    first = _look(name, _still(still), source.intrinsics, chosen, seed)
-    eye = open_eye(source.intrinsics, first.table)
+    fingers = finger_colours(chosen, still[0].colour)
+    first = _look(name, _still(still), source.intrinsics, chosen, seed, fingers)
+    eye = open_eye(source.intrinsics, first.table, fingers)
     blocks = {thing.name: thing.block for thing in first.objects}
     if not blocks:
         raise ImitateError(no_block(name, first, chosen))
@@ -135,9 +137,17 @@ class _Trackers:
         return sights
 
 
-def _look(name: str, still: RgbdFrame, intrinsics: Intrinsics, settings: Perception, seed: int) -> FirstView:
+def _look(
+    name: str,
+    still: RgbdFrame,
+    intrinsics: Intrinsics,
+    settings: Perception,
+    seed: int,
+    fingers: FingerColours,
+) -> FirstView:
     points = (intrinsics.rays() * np.where(still.depth > 0, still.depth, np.nan)[..., None]).reshape(-1, 3)
-    return look(name, PointCloud(points, still.colour.reshape(-1, 3), still.depth.shape), settings, seed)
+    cloud = PointCloud(points, still.colour.reshape(-1, 3), still.depth.shape)
+    return look(name, cloud, settings, seed, fingers)
 
 
 def _still(frames: list[RgbdFrame]) -> RgbdFrame:

@@ -24,8 +24,8 @@ SPREAD = 4.0
 """standard deviations of the picked patch's hue that belong to it."""
 FEWEST = 12
 """pixels of a picked colour."""
-ALIKE = (60, 20, 20)
-"""lightness and the two colour axes of CIELAB, 0…255, within which pixels are a picked one's patch."""
+ALIKE = 0.04
+"""0…1, how far the shares of red, green and blue in a patch's pixels may differ from the picked one's."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Paint:
         return found
 
 
-def paint(field: str, value: str, colour: Picture | None) -> Paint:
+def resolve(field: str, value: str, colour: Picture | None) -> Paint:
     """What a setting means: "red", "#c81e1e", or "U,V", a pixel of this picture (H, W, 3).
 
     Raises:
@@ -87,13 +87,13 @@ def _at_pixel(u: int, v: int, colour: Picture, where: str) -> Paint:
     height, width = colour.shape[:2]
     if u >= width or v >= height:
         raise UsageError(f"{where}: outside of the picture, which is {width} wide and {height} high.")
-    around = colour[max(v - 2, 0) : v + 3, max(u - 2, 0) : u + 3].reshape(-1, 3)
-    meant = np.median(around, axis=0).astype(np.uint8)
-    lab = cv2.cvtColor(np.ascontiguousarray(colour), cv2.COLOR_RGB2LAB)
-    lab[v, u] = cv2.cvtColor(meant[None, None], cv2.COLOR_RGB2LAB)[0, 0]
+    smooth = cv2.medianBlur(np.ascontiguousarray(colour), 3).astype(np.float32)
+    meant = smooth[v, u].astype(np.uint8)
+    # The shares of red, green and blue do not change with the shade.
+    shares = smooth / np.maximum(smooth.sum(axis=2, keepdims=True), 1)
     filled = np.zeros((height + 2, width + 2), np.uint8)
     flags = 4 | cv2.FLOODFILL_MASK_ONLY | cv2.FLOODFILL_FIXED_RANGE
-    cv2.floodFill(lab, filled, (u, v), 0, ALIKE, ALIKE, flags)
+    cv2.floodFill(shares, filled, (u, v), 0, (ALIKE,) * 3, (ALIKE,) * 3, flags)
     return _learned(meant, colour, filled[1:-1, 1:-1] > 0, where)
 
 
@@ -112,7 +112,8 @@ def _like(meant: Picture, colour: Picture | None, where: str) -> Paint:
 def _learned(meant: Picture, colour: Picture, patch: Mask, where: str) -> Paint:
     """The range that holds a patch (H, W) and as little else of the picture as can be."""
     hsv = _hsv(colour)
-    own, rest = hsv[patch], hsv[~patch]
+    beyond = cv2.dilate(patch.astype(np.uint8), np.ones((9, 9), np.uint8)) == 0  # its edges are mixtures
+    own, rest = hsv[patch], hsv[beyond]
     _refuse_grey(float(np.median(own[:, 1])), meant, where)
     own = own[own[:, 1] > FAINTEST]
     weights = own[:, 1] * np.exp(1j * np.deg2rad(own[:, 0]))
@@ -121,8 +122,8 @@ def _learned(meant: Picture, colour: Picture, patch: Mask, where: str) -> Paint:
     away = np.abs(turn(rest[:, 0], middle))
     least = float(np.percentile(own[:, 1], 5))
     beside = rest[away < WIDEST, 1]
-    rival = float(np.percentile(beside, 95)) if len(beside) > FEWEST else 0.0
-    saturation = max((least + rival) / 2 if rival < least else 0.8 * least, least / 2, FAINTEST / 2)
+    rival = float(np.percentile(beside, 99)) if len(beside) > FEWEST else 0.0
+    saturation = max((least + rival) / 2 if rival < least else least, least / 2, FAINTEST / 2)
     value = float(np.percentile(own[:, 2], 5)) / 2
     strong = (rest[:, 1] > saturation) & (rest[:, 2] > value)
     rivals = away[strong & (away > SPREAD * spread) & (away < 2 * WIDEST)]
