@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
+from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
+from foxglove_schemas_protobuf.PackedElementField_pb2 import PackedElementField
+from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
 from imitate.errors import FileError
@@ -127,3 +130,45 @@ def test_nothing_is_left_of_a_recording_that_failed(tmp_path):
     with pytest.raises(RuntimeError):
         write_recording(tmp_path / "none.mcap", INTRINSICS, broken())
     assert list(tmp_path.iterdir()) == []
+
+
+def test_foxglove_clouds_and_transforms(tmp_path):
+    """A cloud in a picture's order, and two cameras whose frames a transform links."""
+    frame = next(frames(1))
+    depth = np.where(frame.depth > 0, frame.depth, np.nan)
+    points = (INTRINSICS.rays() * depth[..., None]).reshape(-1, 3).astype("<f4")
+    rgba = np.concatenate([frame.colour.reshape(-1, 3), np.full((len(points), 1), 255, np.uint8)], axis=1)
+    data = np.concatenate([points.view(np.uint8).reshape(-1, 12), rgba], axis=1).tobytes()
+    names = {axis: (4 * k, 7) for k, axis in enumerate("xyz")}
+    names |= {band: (12 + k, 1) for k, band in enumerate(("red", "green", "blue", "alpha"))}
+    fields = [PackedElementField(name=n, offset=o, type=t) for n, (o, t) in names.items()]
+    k = CameraCalibration(width=64, height=48, K=[50, 0, 32, 0, 50, 24, 0, 0, 1])
+    channels = [protobuf_channel("/k", CameraCalibration), protobuf_channel("/points", PointCloud)]
+    with (tmp_path / "cloud.mcap").open("wb") as stream, McapWriter(stream, channels) as writer:
+        writer.write("/k", k, 0)
+        writer.write("/points", PointCloud(point_stride=16, fields=fields, data=data), 5)
+    (read,) = open_recording(tmp_path / "cloud.mcap").frames()
+    np.testing.assert_allclose(read.depth, frame.depth, atol=1e-6)
+    np.testing.assert_array_equal(read.colour, frame.colour)
+
+
+def test_foxglove_cameras_beside_each_other(tmp_path):
+    frame = next(frames(1))
+    path = tmp_path / "two.mcap"
+    colour = _raw("rgb8", np.array(frame.colour).reshape(48, -1))
+    depth = _raw("16UC1", np.round(frame.depth * 1000).astype("<u2"))
+    k = [CameraCalibration(width=64, height=48, K=[f, 0, 32, 0, f, 24, 0, 0, 1]) for f in (50, 60)]
+    link = FrameTransform(parent_frame_id="colour", child_frame_id="depth")
+    link.translation.x, link.rotation.w = 0.03, 1.0
+    for message, name in ((colour, "colour"), (depth, "depth"), (k[0], "colour"), (k[1], "depth")):
+        message.frame_id = name
+    messages = {"/c/image": colour, "/d/image": depth, "/c/k": k[0], "/d/k": k[1], "/tf": link}
+    channels = [protobuf_channel(topic, type(message)) for topic, message in messages.items()]
+    with path.open("wb") as stream, McapWriter(stream, channels) as writer:
+        for topic, message in messages.items():
+            writer.write(topic, message, 0)
+    opened = open_recording(path)
+    assert opened.intrinsics.fx == 60
+    (read,) = opened.frames()
+    np.testing.assert_allclose(read.depth, frame.depth, atol=1e-6)
+    assert (read.colour[24, 32] == frame.colour[24, 32]).all()
