@@ -88,6 +88,7 @@ def segment_figure(
         numbered = _bands(figure, rows[0], segments)
         handles += [Line2D([], [], linestyle="none") for _ in numbered]
         columns = 5 if not numbered else 3
+        figure.set_figheight(figure.get_figheight() + 0.17 * -(-len(handles) // columns))
         figure.legend(handles, [*labels, *numbered], loc="outside lower center", ncols=columns, frameon=False)
     return figure
 

@@ -91,24 +91,20 @@ def read_mcap(path: Path, mapping: Mapping | None = None) -> Demonstration:
         times = _own_times(path, bodies.values(), reader.metadata.get(_UNSEEN, {}).get("times", ""))
     else:
         times = tracks.times(bodies[HAND])
-    settings = {HAND: mapping.hand, **mapping.objects}
+    said = {HAND: mapping.hand, **mapping.objects}
     poses = {}
     for name, track in bodies.items():
         found = _exactly(track, times) if own else tracks.within(track, root, times)
         found[:, :3] *= LENGTHS[mapping.length_unit]
-        poses[name] = with_offset(found, settings.get(name, Body()))
+        poses[name] = with_offset(found, said.get(name, Body()))
     hand = poses.pop(HAND)
+    given = [said.get(name, Body()).size or _size(path, name, sizes.get(name)) for name in poses]
     return Demonstration(
         t=np.array([time / 10**9 for time in times.tolist()]),
         hand=hand,
         objects=np.stack(list(poses.values()), axis=1),
         object_names=tuple(poses),
-        object_sizes=np.array(
-            [
-                settings.get(name, Body()).size or _size(path, name, sizes.get(name, "nan nan nan"))
-                for name in poses
-            ]
-        ),
+        object_sizes=np.array(given),
     )
 
 
@@ -200,7 +196,9 @@ def _unrecognised(tracks: Tracks, lacking: str) -> FileError:
     )
 
 
-def _size(path: Path, name: str, text: str) -> list[float]:
+def _size(path: Path, name: str, text: str | None) -> list[float]:
+    if text is None:
+        return [np.nan] * 3
     try:
         x, y, z = map(float, text.split())
     except ValueError:
