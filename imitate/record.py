@@ -12,13 +12,15 @@ class SceneSpec:
     """Everything that physics is built from, in the world frame: z up, z = 0 on the table.
 
     Attributes:
-        robot: name of the robot's description.
+        robot: name of the robot's description, or its path.
         base: (7,) pose of the arm's base.
         object_names: K names.
         object_sizes: (K, 3) metres.
         object_masses: (K,) kilograms.
         object_poses: (K, 7) as shown at the demonstration's first frame.
-        home: (J,) positions of all movable joints at the start: arm (rad), then fingers (m).
+        home: (J,) positions of the joints that have a motor, at the start: arm, then fingers; rad, or m where
+            a joint slides.
+        description: the robot's description itself, TOML; sessions of before it was kept have none.
     """
 
     robot: str
@@ -28,6 +30,7 @@ class SceneSpec:
     object_masses: Array
     object_poses: Array
     home: Array
+    description: str = ""
 
     def __post_init__(self) -> None:
         for field in ("base", "object_sizes", "object_masses", "object_poses", "home"):
@@ -39,7 +42,7 @@ class Start:
     """Where a trial starts, everything at rest.
 
     Attributes:
-        joints: (J,) arm (rad), then fingers (m).
+        joints: (J,) arm, then fingers.
         objects: (K, 7) world poses.
         force: the gripper's command at the start, N; > 0 closed with that force, else open.
     """
@@ -64,7 +67,7 @@ class TrialRecord:
         option_starts: for each option run in a row, the step at which it starts (the first is 0).
         commands: (⌈N / control_every⌉, A + 1) arm joint targets (rad), then the gripper's force λ (N): λ > 0
             closes with that force, else the gripper opens.
-        joint_positions: (N, J) after each step; rad, fingers in m.
+        joint_positions: (N, J) after each step; rad, or m where a joint slides.
         joint_velocities: (N, J) rad/s and m/s.
         hand_poses: (N, 7) world poses of the tool-centre point.
         object_poses: (N, K, 7) world poses.

@@ -236,7 +236,7 @@ class World(_Section):
     position_gain: float = Field(default=0.3, gt=0, le=1)
     """share of a joint's position error that its motor removes in one physics step."""
     solver_iterations: int = Field(default=50, ge=1, le=1000)
-    """of the contact solver."""
+    """of the contact solver; a robot whose fingers need more has more."""
     object_density: float = Field(default=500.0, gt=0)
     """kg/m³: wood."""
     object_friction: float = Field(default=0.6, ge=0)

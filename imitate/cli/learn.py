@@ -33,6 +33,10 @@ def learn(
         typer.Option("--decisions", metavar="FILE.json", help="Your decisions, applied to what is found."),
     ] = None,
     mapping_file: console.MappingFile = None,
+    robot: Annotated[
+        str | None,
+        typer.Option("--robot", metavar="NAME|FILE.toml", help="The arm: panda, iiwa, xarm6, or one's own."),
+    ] = None,
     settings_file: console.SettingsFile = None,
     seed: console.Seed = 0,
     workers: console.Workers = None,
@@ -53,7 +57,8 @@ def learn(
     from imitate.session.session import Request, run
     from imitate.settings import load_settings
 
-    settings = load_settings(settings_file, {"mode": mode} if mode else None)
+    given = ({"mode": mode} if mode else {}) | ({"world": {"robot": robot}} if robot else {})
+    settings = load_settings(settings_file, given)
     log = output or free_name(Path("sessions"), f"{file.stem}-{seed}", ".mcap")
     require_mcap(log)
     viewed = log.with_suffix(".rrd") if rrd else None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,9 +11,10 @@ from imitate.errors import SceneError
 from imitate.geometry import Array
 from imitate.record import SceneSpec, Start
 from imitate.settings import World as WorldSettings
+from imitate.world.body import Body, load_body, make_mechanism, pose_body
 from imitate.world.engine import Client, open_client, pybullet
-from imitate.world.kinematics import place_base
-from imitate.world.robot import Robot, load_robot
+from imitate.world.mounting import place_base
+from imitate.world.robot import Robot, description_of, parse_robot, robot_of
 
 
 def scene_of(demonstration: Demonstration, settings: WorldSettings) -> SceneSpec:
@@ -32,23 +32,25 @@ def scene_of(demonstration: Demonstration, settings: WorldSettings) -> SceneSpec
                 f"object_sizes: the size of {name} is not known, so it cannot be simulated. "
                 "Give its length, width and height in metres in the demonstration's object_sizes."
             )
-    robot = load_robot(settings.robot)
+    description = description_of(settings.robot)
+    robot = parse_robot(description, settings.robot)
     base, joints = place_base(robot, demonstration, settings)
     volumes = np.prod(demonstration.object_sizes, axis=1)
     return SceneSpec(
         robot=settings.robot,
+        description=description,
         base=base,
         object_names=demonstration.object_names,
         object_sizes=demonstration.object_sizes,
         object_masses=volumes * settings.object_density,
         object_poses=demonstration.objects[0],
-        home=np.concatenate([joints, np.full(len(robot.fingers), robot.finger_open)]),
+        home=np.concatenate([joints, robot.finger_open]),
     )
 
 
 def check_within_reach(spec: SceneSpec, names: Iterable[str]) -> None:
     """Raises SceneError when one of these objects is shown farther from the base than the arm reaches."""
-    reach = load_robot(spec.robot).reach
+    reach = robot_of(spec).reach
     for name in names:
         x, y, _ = spec.object_poses[spec.object_names.index(name), :3]
         distance = float(np.hypot(x - spec.base[0], y - spec.base[1]))
@@ -65,32 +67,23 @@ def shown_start(spec: SceneSpec) -> Start:
     return Start(joints=spec.home, objects=spec.object_poses)
 
 
-@dataclass(frozen=True)
-class Handles:
-    """PyBullet's numbers for what is in the scene."""
-
-    robot: int
-    arm: tuple[int, ...]
-    fingers: tuple[int, ...]
-    hand: int
-    objects: tuple[int, ...]
-
-
 class World:
     """A physics simulation of one scene; `reset` rebuilds it whole, so that no trial sees another.
 
     Attributes:
         spec, settings, robot: what it is built from.
         client: the physics server.
-        handles: the numbers of what is in it, after `reset`.
+        body: the robot's numbers, after `reset`.
+        objects: the objects' numbers, after `reset`.
     """
 
     def __init__(self, spec: SceneSpec, settings: WorldSettings) -> None:
         self.spec = spec
         self.settings = settings
-        self.robot: Robot = load_robot(spec.robot)
+        self.robot: Robot = robot_of(spec)
         self.client: Client = open_client()
-        self.handles: Handles
+        self.body: Body
+        self.objects: tuple[int, ...]
 
     def close(self) -> None:
         """Disconnects from the physics server."""
@@ -106,14 +99,14 @@ class World:
         p.resetSimulation()
         p.setPhysicsEngineParameter(
             fixedTimeStep=1 / s.physics_rate,
-            numSolverIterations=s.solver_iterations,
+            numSolverIterations=max(s.solver_iterations, self.robot.solver_iterations),
             deterministicOverlappingPairs=1,
             enableFileCaching=1,
         )
         p.setGravity(0, 0, -9.81)
         self._load_table()
-        objects = tuple(self._load_object(k, pose) for k, pose in enumerate(start.objects))
-        self.handles = self._load_robot(start, objects)
+        self.objects = tuple(self._load_object(k, pose) for k, pose in enumerate(start.objects))
+        self.body = self._load_robot(start)
 
     def _load_table(self) -> None:
         p = self.client
@@ -138,36 +131,16 @@ class World:
         )
         return int(body)
 
-    def _load_robot(self, start: Start, objects: tuple[int, ...]) -> Handles:
-        p, base = self.client, self.spec.base
-        body = p.loadURDF(
-            self.robot.urdf,
-            base[:3].tolist(),
-            base[3:].tolist(),
-            useFixedBase=1,
-            flags=pybullet.URDF_ENABLE_CACHED_GRAPHICS_SHAPES,
-        )
-        joints, links = p.names(body)
-        arm = tuple(joints[name] for name in self.robot.arm)
-        fingers = tuple(joints[name] for name in self.robot.fingers)
-        for joint, position in zip(arm + fingers, start.joints.tolist(), strict=True):
-            p.resetJointState(body, joint, position)
-        for finger in fingers:
+    def _load_robot(self, start: Start) -> Body:
+        p, robot = self.client, self.robot
+        body = load_body(p, robot, self.spec.base, pybullet.URDF_ENABLE_CACHED_GRAPHICS_SHAPES)
+        pose_body(p, body, robot, start.joints.tolist())
+        for link in body.finger_links:
             p.changeDynamics(
-                body,
-                finger,
-                lateralFriction=self.robot.finger_friction,
+                body.number,
+                link,
+                lateralFriction=robot.finger_friction,
                 spinningFriction=self.settings.spinning_friction,
             )
-        self._couple_fingers(body, fingers)
-        return Handles(body, arm, fingers, links[self.robot.hand_link], objects)
-
-    def _couple_fingers(self, body: int, fingers: tuple[int, ...]) -> None:
-        # The two fingers of a parallel gripper are one mechanism: they mirror each other.
-        if len(fingers) != 2:
-            return
-        p = self.client
-        gear = p.createConstraint(
-            body, fingers[0], body, fingers[1], pybullet.JOINT_GEAR, [1, 0, 0], [0, 0, 0], [0, 0, 0]
-        )
-        p.changeConstraint(gear, gearRatio=-1, erp=0.1, maxForce=50)
+        make_mechanism(p, body, robot)
+        return body

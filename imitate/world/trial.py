@@ -100,7 +100,7 @@ class Simulator:
         # World pose (7,) of an object or the table, now.
         if reference == TABLE:
             return IDENTITY
-        body = self.world.handles.objects[self.world.spec.object_names.index(reference)]
+        body = self.world.objects[self.world.spec.object_names.index(reference)]
         return np.array(sum(self.world.client.getBasePositionAndOrientation(body), ()))
 
     def movement(self, policy: Policy, start: Array, ticks: int) -> Array:
@@ -134,9 +134,7 @@ class Simulator:
     def hand_pose(self) -> Array:
         """The tool-centre point's pose (7,) in the world, now."""
         world = self.world
-        state = world.client.getLinkState(
-            world.handles.robot, world.handles.hand, computeForwardKinematics=True
-        )
+        state = world.client.getLinkState(world.body.number, world.body.hand, computeForwardKinematics=True)
         return compose(np.array(state[4] + state[5]), self.arm.tcp)
 
     def _execute(self, commands: Array, steps: _Steps, limit: int | None = None) -> None:
@@ -155,7 +153,9 @@ class Simulator:
 
     def _commander(self) -> _Command:
         world, robot = self.world, self.world.robot
-        body, arm, fingers = world.handles.robot, world.handles.arm, world.handles.fingers
+        body, arm = world.body.number, world.body.arm
+        fingers = list(zip(world.body.fingers, robot.finger_open, robot.finger_closed, strict=True))
+        speed, lever = robot.finger_speed / robot.finger_lever, robot.finger_lever
         p, s = world.client, self.settings.world
         limits = [p.getJointInfo(body, joint)[10] for joint in arm]
         gains = [s.position_gain] * len(arm)
@@ -170,31 +170,29 @@ class Simulator:
                 forces=limits,
                 positionGains=gains,
             )
-            target, strength = (
-                (robot.finger_closed, force) if force > 0 else (robot.finger_open, robot.opening_force)
-            )
-            for finger in fingers:
+            strength = (force if force > 0 else robot.opening_force) * lever
+            for finger, opened, closed in fingers:
                 p.setJointMotorControl2(
                     body,
                     finger,
                     pybullet.POSITION_CONTROL,
-                    targetPosition=target,
+                    targetPosition=closed if force > 0 else opened,
                     force=strength,
-                    maxVelocity=robot.finger_speed,
+                    maxVelocity=speed,
                 )
 
         return command
 
     def _observer(self, steps: _Steps) -> _Observe:
-        p, handles = self.world.client, self.world.handles
-        joints = handles.arm + handles.fingers
+        p, body = self.world.client, self.world.body
+        joints = body.arm + body.fingers
         states, pose_of, velocity_of = (
             p.getJointStates,
             p.getBasePositionAndOrientation,
             p.getBaseVelocity,
         )
         contacts, link = p.getContactPoints, p.getLinkState
-        robot, hand, objects = handles.robot, handles.hand, handles.objects
+        robot, hand, objects = body.number, body.hand, self.world.objects
 
         def observe() -> None:
             now = states(robot, joints)
@@ -202,12 +200,12 @@ class Simulator:
             steps.joint_velocities.append([j[1] for j in now])
             at = link(robot, hand, computeForwardKinematics=True)
             steps.links.append(at[4] + at[5])
-            for body in objects:
-                position, turn = pose_of(body)
+            for thing in objects:
+                position, turn = pose_of(thing)
                 steps.object_poses.append(position + turn)
-                linear, angular = velocity_of(body)
+                linear, angular = velocity_of(thing)
                 steps.object_velocities.append(linear + angular)
-                touching = contacts(robot, body)
+                touching = contacts(robot, thing)
                 steps.contact_forces.append(sum([c[9] for c in touching]) if touching else 0.0)
 
         steps.tcp = self.arm.tcp

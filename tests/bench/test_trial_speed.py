@@ -47,14 +47,14 @@ def raw_steps(simulator, record):
     """The record's commands and steps, by bare PyBullet calls: no reading, no planning."""
     world = simulator.world
     world.reset(record.start)
-    number, h, robot = world.client.number, world.handles, world.robot
-    limits = [pybullet.getJointInfo(h.robot, j, physicsClientId=number)[10] for j in h.arm]
+    number, h, robot = world.client.number, world.body, world.robot
+    limits = [pybullet.getJointInfo(h.number, j, physicsClientId=number)[10] for j in h.arm]
     gains = [simulator.settings.world.position_gain] * len(h.arm)
     rate = simulator.settings.world.control_rate
     rows = np.vstack([np.append(record.start.joints[: len(h.arm)], 0.0), record.commands]).tolist()
     for before, now in pairwise(rows):
         pybullet.setJointMotorControlArray(
-            h.robot,
+            h.number,
             h.arm,
             pybullet.POSITION_CONTROL,
             targetPositions=now[:-1],
@@ -65,10 +65,10 @@ def raw_steps(simulator, record):
         )
         for finger in h.fingers:
             pybullet.setJointMotorControl2(
-                h.robot,
+                h.number,
                 finger,
                 pybullet.POSITION_CONTROL,
-                targetPosition=robot.finger_open,
+                targetPosition=robot.finger_open[0],
                 force=robot.opening_force,
                 maxVelocity=robot.finger_speed,
                 physicsClientId=number,

@@ -124,11 +124,14 @@ def test_unknown_seeds_settings_and_options(refused, tmp_path, words, expected):
     ("change", "expected"),
     [
         ({"urdf": "nothing.urdf"}, "nothing.urdf: cannot be loaded as a robot"),
-        ({"arm": ["panda_jointX"] * 7}, "no joint panda_jointX"),
+        ({"fingers": ["paw", "claw"]}, "no joint paw, claw; its movable joints are panda_joint1,"),
         ({"hand_link": "paw"}, "no link paw; it has"),
-        ({"finger_open": "wide"}, "finger_open = 'wide'. Expected a number"),
+        (
+            {"finger_open": "wide"},
+            "finger_open = ['wide', 'wide']. Expected a number, or one for each finger",
+        ),
         ({"fingers": []}, "fingers = []. Expected a list of names"),
-        ({"rest": [0.0]}, "rest one for each joint"),
+        ({"rest": [0.0]}, "rest has 1 numbers. Expected one for each of arm: 7"),
     ],
 )
 def test_a_wrong_description_of_a_robot(refused, tmp_path, change, expected):
