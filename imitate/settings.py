@@ -104,8 +104,10 @@ class Segmentation(_Section):
     """nats; C, the cost of a reference however far away it is, and of the table."""
     shortest: float = Field(1 / 6, ge=0)
     """s that a segment lasts at least: 5 frames of a Kinect (ALGORITHMS 2)."""
-    nudge: float = Field(0.03, ge=0)
-    """m; what the hand moves less far was touched in passing, not carried."""
+    touch: float = Field(0.01, ge=0)
+    """m from an object's box within which a hand at rest touches it; what has no known size is not touched."""
+    visit: float = Field(0.3, gt=0)
+    """s that a free hand rests on an object at least, for that to be a reach of its own."""
     rest_speed: float = Field(0.04, ge=0)
     """m/s below which the hand rests; people slow down to this while their fingers close."""
     rest_limit: float = Field(0.5, ge=0)
@@ -273,7 +275,7 @@ class Settings(_Section):
 
 
 _FAITHFUL: dict[str, dict[str, Any]] = {
-    "segmentation": {"mode": "faithful", "shortest": 0.0, "nudge": 0.0, "rest_limit": 0.0},
+    "segmentation": {"mode": "faithful", "shortest": 0.0, "rest_limit": 0.0},
     "learning": {
         "imitation_first": False,
         "exploration": "per-kernel",
@@ -287,9 +289,7 @@ _FAITHFUL: dict[str, dict[str, Any]] = {
 }
 
 
-_CST: dict[str, dict[str, Any]] = {
-    "segmentation": {"mode": "cst", "shortest": 0.0, "nudge": 0.0, "rest_limit": 0.0}
-}
+_CST: dict[str, dict[str, Any]] = {"segmentation": {"mode": "cst", "shortest": 0.0, "rest_limit": 0.0}}
 
 _OF_MODE = {"faithful": _FAITHFUL, "cst": _CST}
 

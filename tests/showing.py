@@ -250,6 +250,29 @@ def twice(rng: np.random.Generator) -> Shown:
     return Shown(placed(blue=blue, green=green, red=red, white=white), moves, skills, HOME)
 
 
+def touching(rng: np.random.Generator) -> Shown:
+    """One block touched, then another one put on the third: two reaches in a row."""
+    blue, green, red = spread(3, rng)
+    touch = (Move(1.2, red + UP), Move(0.7, red), Move(float(rng.uniform(0.4, 2.0))), Move(0.5, red + UP))
+    moves = (*touch, *fetch("blue", blue, green + np.array([0, 0, 0.05])), Move(1.0, HOME))
+    skills = ("⟨{hand}, red⟩", "⟨{hand}, blue⟩", "⟨{hand, blue}, green⟩", "⟨{hand}, blue⟩")
+    return Shown(placed(blue=blue, green=green, red=red), moves, skills, HOME)
+
+
+def visiting(rng: np.random.Generator) -> Shown:
+    """Three objects touched in turn, nothing carried."""
+    blue, green, red = spread(3, rng)
+    places = {"blue": blue, "green": green, "red": red}
+    order = [str(name) for name in rng.permutation(list(places))]
+    moves = [
+        move
+        for p in (places[name] for name in order)
+        for move in (Move(1.2, p + UP), Move(0.7, p), Move(0.8), Move(0.5, p + UP))
+    ]
+    skills = tuple(f"⟨{{hand}}, {name}⟩" for name in order)
+    return Shown(placed(**places), (*moves, Move(1.0, HOME)), skills, HOME)
+
+
 def stacking(rng: np.random.Generator) -> Shown:
     """One block put on another, a third one beside them; the hand retreats."""
     blue, green, red = spread(3, rng)
@@ -268,6 +291,8 @@ TASKS: dict[str, Callable[[np.random.Generator], Shown]] = {
     "knob": twisting,
     "nudge": nudging,
     "twice with a rest": twice,
+    "touch and stack": touching,
+    "touch three": visiting,
 }
 CAMERAS = {
     "exact": Camera(),

@@ -6,7 +6,6 @@ it stood still. Frames in which the hand rests speak for neither.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +15,6 @@ from imitate.geometry import Array
 from imitate.segmentation.abstraction import Evidence, log_prior
 from imitate.segmentation.changepoints import Frames
 from imitate.segmentation.motion import going_along
-from imitate.segmentation.nudges import Nudge
 from imitate.segmentation.tracks import track_of
 from imitate.settings import Segmentation
 
@@ -30,20 +28,13 @@ class RobustScore:
     c(d) = −C (1 − exp(−d / (ℓ_ref C))) lies in (−C, 0]; the table, the last resort, has −C.
     """
 
-    def __init__(
-        self, demonstration: Demonstration, settings: Segmentation, passing: Sequence[Nudge] = ()
-    ) -> None:
-        """A score in which nothing speaks for an object to be carried in the ``passing`` nudges."""
+    def __init__(self, demonstration: Demonstration, settings: Segmentation) -> None:
         d, t = demonstration, demonstration.t - demonstration.t[0]
         self._settings = settings
         self.times: Array = np.linspace(0, t[-1], max(2, 1 + round(t[-1] * settings.rate)))
         hand = track_of(t, d.hand, settings)
         bodies = [track_of(t, d.pose_of(name), settings) for name in d.object_names]
         step = np.column_stack([going_along(t, hand, body, self.times, settings) for body in bodies])
-        for nudge in passing:
-            step[nudge.start : nudge.end, nudge.body] = np.minimum(
-                step[nudge.start : nudge.end, nudge.body], 0
-            )
         self._sum = np.concatenate([np.zeros((1, step.shape[1])), np.cumsum(step, axis=0)])
         places = [
             np.column_stack([np.interp(self.times, t[b.known], b.poses[b.known, axis]) for axis in range(3)])

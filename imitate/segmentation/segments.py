@@ -15,11 +15,11 @@ from imitate.segmentation.abstraction import Evidence, best_scores, candidates
 from imitate.segmentation.changepoints import Frames, Lattice, Lead, most_probable_cuts
 from imitate.segmentation.cst import CstScore
 from imitate.segmentation.faithful import FaithfulScore
-from imitate.segmentation.nudges import Nudge, nudges
 from imitate.segmentation.rests import with_rests
 from imitate.segmentation.robust import RobustScore
+from imitate.segmentation.visits import Visits, visited, visits, with_visits
 from imitate.settings import Segmentation
-from imitate.skill import Candidate, Segment
+from imitate.skill import Abstraction, Candidate, Segment
 
 
 class Score(Protocol):
@@ -54,22 +54,21 @@ class Score(Protocol):
 def segment(demonstration: Demonstration, settings: Segmentation) -> tuple[Segment, ...]:
     """The most probable skills of a demonstration, in order and without gaps."""
     whole, names = interpolated(demonstration), demonstration.object_names
-    passing: set[Nudge] = set()
-    while True:
-        score = score_of(demonstration, settings, tuple(passing))
-        cuts, _ = most_probable_cuts(lattice_of(score, settings))
-        cuts, chosen = _chosen(cuts, score, names, settings)
-        carried = [best.abstraction.carried for best in chosen]
-        more = set(nudges(cuts, carried, whole, score.times, settings)) - passing
-        if not more:
-            break
-        passing |= more
-    cuts = with_rests(cuts, carried, whole, score.times, settings)
-    ranked = _ranked(cuts, score, names, settings)
+    score = score_of(demonstration, settings)
+    cuts, _ = most_probable_cuts(lattice_of(score, settings))
+    cuts, chosen = _chosen(cuts, score, names, settings)
+    carried = [best.abstraction.carried for best in chosen]
+    rested = with_rests(cuts, carried, whole, score.times, settings)
+    found = visits(whole, score.times, settings)
+    cuts = with_visits(rested, carried, found, names)
+    ranked = _ranked(cuts, score, names, settings, found)
+    carries = {
+        cut: best.abstraction for cut, best in zip(rested, chosen, strict=False) if best.abstraction.carried
+    }
     ends = score.times[np.minimum(cuts, len(score.times) - 1)]
     return tuple(
-        Segment(float(start), float(end), best.abstraction, alternatives)
-        for (start, end), best, alternatives in zip(pairwise(ends), chosen, ranked, strict=True)
+        Segment(float(start), float(end), carries.get(cut, _best_free(ranking)), ranking)
+        for cut, (start, end), ranking in zip(cuts, pairwise(ends), ranked, strict=False)
     )
 
 
@@ -85,7 +84,9 @@ def rankings(
         N rankings.
     """
     score = score_of(demonstration, settings)
-    return _ranked(frames_at(score.times, boundaries), score, demonstration.object_names, settings)
+    found = visits(interpolated(demonstration), score.times, settings)
+    cuts = frames_at(score.times, boundaries)
+    return _ranked(cuts, score, demonstration.object_names, settings, found)
 
 
 def frames_at(times: Array, boundaries: Sequence[float]) -> tuple[int, ...]:
@@ -94,13 +95,13 @@ def frames_at(times: Array, boundaries: Sequence[float]) -> tuple[int, ...]:
     return (*cuts[:-1], len(times) if boundaries[-1] >= times[-1] else cuts[-1])
 
 
-def score_of(demonstration: Demonstration, settings: Segmentation, passing: Sequence[Nudge] = ()) -> Score:
-    """The segment score of the settings' mode; the robust one believes in no carry in ``passing`` nudges."""
+def score_of(demonstration: Demonstration, settings: Segmentation) -> Score:
+    """The segment score of the settings' mode."""
     if settings.mode == "faithful":
         return FaithfulScore(interpolated(demonstration), settings.threshold)
     if settings.mode == "cst":
         return CstScore(interpolated(demonstration), settings.rate)
-    return RobustScore(demonstration, settings, passing)
+    return RobustScore(demonstration, settings)
 
 
 def lattice_of(
@@ -133,21 +134,27 @@ def _chosen(
 
 
 def _ranked(
-    cuts: Sequence[int], score: Score, names: Sequence[str], settings: Segmentation
+    cuts: Sequence[int], score: Score, names: Sequence[str], settings: Segmentation, found: Visits = ()
 ) -> list[tuple[Candidate, ...]]:
     """Candidates of each segment, best first.
 
-    In the robust mode a free hand goes to what it holds next, or else comes from what it held last, even if
-    other objects are nearer: those references gain all that nearness can cost.
+    In the robust mode a free hand goes to what it holds next, or else to what it visits (``found``), or else
+    comes from what it held last, even if other objects are nearer: those references gain all that nearness
+    can cost.
     """
     ranked = [candidates(score.between(a, b), names) for a, b in pairwise(cuts)]
     if settings.mode != "robust":
         return ranked
     held = [(), *(ranking[0].abstraction.carried for ranking in ranked), ()]
+    seen = [tuple(names[k] for k in visited(found, a, b)) for a, b in pairwise(cuts)]
     return [
-        _favour(ranking, after or before, settings.reference_limit) if not now else ranking
-        for ranking, before, now, after in zip(ranked, held, held[1:], held[2:], strict=False)
+        _favour(ranking, after or there or before, settings.reference_limit) if not now else ranking
+        for ranking, before, now, after, there in zip(ranked, held, held[1:], held[2:], seen, strict=False)
     ]
+
+
+def _best_free(ranking: tuple[Candidate, ...]) -> Abstraction:
+    return next(c.abstraction for c in ranking if not c.abstraction.carried)
 
 
 def _favour(ranking: tuple[Candidate, ...], objects: Sequence[str], bonus: float) -> tuple[Candidate, ...]:

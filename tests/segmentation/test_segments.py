@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,30 +11,13 @@ from hypothesis import strategies as st
 from stacking import RIGHT, Stacking, is_right, perform
 
 from imitate.demonstration import Demonstration
-from imitate.formats.demonstrations import read_demonstration
 from imitate.geometry import compose, from_yaw
 from imitate.segmentation import segment
-from imitate.segmentation.tracks import noise
 from imitate.settings import load_settings
 from imitate.world.performance import perform as perform_human
 
 ROBUST = load_settings().segmentation
 FAITHFUL = load_settings(overrides={"mode": "faithful"}).segmentation
-REAL = Path(__file__).parents[2] / ".." / "shared" / "data" / "demonstrations"
-
-RIGHT_ON_REAL = {
-    "human_SawyerStack_demo_1": ["⟨{hand}, cubeA⟩", "⟨{hand, cubeA}, cubeB⟩"],
-    "human_SawyerPickPlace_demo_1": [
-        skill
-        for thing in ("Can", "Cereal", "Milk", "Bread")
-        for skill in (f"⟨{{hand}}, {thing}0⟩", f"⟨{{hand, {thing}0}}, goal_{thing}⟩")
-    ],
-    "human101_Door_demo_1": ["⟨{hand}, door_handle⟩", "⟨{hand, door_handle}, frame⟩"],
-    "expert_assembly_s0": ["⟨{hand}, RoundNut⟩", "⟨{hand, RoundNut}, peg⟩"],
-    "expert_bin-picking_s0_slow4": ["⟨{hand}, obj⟩", "⟨{hand, obj}, binB⟩"],
-    "expert_drawer-open_s0_slow4": ["⟨{hand}, drawer_link⟩", "⟨{hand, drawer_link}, drawer⟩"],
-    "expert_hammer_s0": ["⟨{hand}, hammerbody⟩", "⟨{hand, hammerbody}, nail_link⟩"],
-}
 
 
 def stacking(seed: int = 0, **what) -> tuple[Demonstration, tuple[float, float]]:
@@ -78,14 +60,6 @@ def test_with_a_retreat_there_are_three_skills_as_seen_by_a_slow_noisy_camera(hu
     assert carry.start == pytest.approx(8.6, abs=0.5)
     # The fingers open at 13.5 s; the hand rests until 14.1 s.
     assert 13.4 < carry.end < 14.3
-
-
-@pytest.mark.parametrize("name", RIGHT_ON_REAL)
-def test_other_peoples_demonstrations(name):
-    path = REAL / f"{name}.npz"
-    if not path.exists():
-        pytest.skip("the shared demonstrations are not beside the project")
-    assert [str(s.abstraction) for s in segment(read_demonstration(path), ROBUST)] == RIGHT_ON_REAL[name]
 
 
 @pytest.mark.parametrize("noise_level", [0, 0.002, 0.005])
@@ -250,12 +224,3 @@ def test_a_single_object_that_stays_is_reached():
         demonstration.object_sizes[:1],
     )
     assert [s.abstraction for s in segment(reach, ROBUST)] == [RIGHT[0]]
-
-
-@pytest.mark.parametrize("sigma", [0.0, 0.001, 0.008])
-def test_the_noise_is_measured_in_motion_and_at_irregular_times(sigma):
-    rng = np.random.default_rng(7)
-    t = np.cumsum(rng.uniform(0.01, 0.024, 800))
-    line = t[:, None] * np.array([0.3, -0.1, 0.2])
-    noisy = line + rng.normal(scale=sigma, size=line.shape)
-    assert noise(t, noisy) == pytest.approx(sigma, rel=0.1, abs=1e-9)
