@@ -15,7 +15,7 @@ import numpy as np
 
 from imitate.geometry import Array
 from imitate.perception.colour import is_hue
-from imitate.perception.shapes import LIMIT, Float, Mask, Pixels
+from imitate.perception.shapes import LIMIT, Float, Mask, Pixels, box_nearness
 
 UNREAD = 1.5
 """log-likelihood lost where a body covers a pixel without a reading that has not its colour."""
@@ -84,7 +84,7 @@ class Evidence:
         groups = [own & read, own & ~read, other & read, other & ~read, known]
         order = np.concatenate([np.flatnonzero(group) for group in groups])
         self.order, self.edges = order, np.cumsum([int(group.sum()) for group in groups])
-        self.pixels, self._coloured = pixels.where(order), coloured
+        self.pixels, self.coloured = pixels.where(order), coloured
         depth = self.pixels.depth
         self._scaled = depth[: self.edges[0]] / np.float32(noise)
         self._squared = self._scaled * depth[: self.edges[0]]
@@ -105,7 +105,7 @@ class Evidence:
         """(N,) log-likelihoods of guesses that are seen at nearness (N, M); 0 where missed."""
         a, b, c, d, _ = self.edges
         cost = self._residuals(near[:, :a])
-        if not self._coloured:
+        if not self.coloured:
             cost = np.where(near[:, :a] > self._nearer[:a], cost, np.float32(STRANGE))
         total = cost.sum(axis=1)
         total += LIMIT * np.count_nonzero(near[:, a:b] == 0, axis=1)
@@ -119,13 +119,13 @@ class Evidence:
         hit = near > 0
         good = hit[:a] & (self._residuals(near[None, :a])[0] < LIMIT)
         wrong = hit[:a] & ~good
-        strange = int((wrong & (near[:a] <= self._nearer[:a])).sum()) if not self._coloured else 0
+        strange = int((wrong & (near[:a] <= self._nearer[:a])).sum()) if not self.coloured else 0
         through = int((near[b:c] > self._farther[b:c]).sum())
         return Fit(
             shown=int(good.sum() + hit[a:b].sum()),
             against=int(wrong.sum()) - strange + through,
             hidden=strange + int(hit[b:].sum()) - through,
-            missed=int((~hit[:b]).sum()) if self._coloured else 0,
+            missed=int((~hit[:b]).sum()) if self.coloured else 0,
             score=float(self.score(near[None])[0]) / max(self.count, 1),
         )
 
@@ -135,6 +135,32 @@ class Evidence:
         np.multiply(residual, residual, out=residual)
         residual *= np.float32(0.5)
         return np.asarray(np.minimum(residual, LIMIT, out=residual))
+
+
+class BoxEvidence:
+    """What pixels say about a body that is a box of ``size`` (3,)."""
+
+    def __init__(self, seen: Evidence, size: Array) -> None:
+        self._seen, self._size = seen, size
+
+    @property
+    def count(self) -> int:
+        """Of the pixels that could show the body."""
+        return self._seen.count
+
+    def points(self) -> Array:
+        """(A, 3) the readings that could show the body, in the table's frame."""
+        return self._seen.points()
+
+    def score(self, poses: Array) -> Float:
+        """(N,) log-likelihoods of the body's poses (N, 7)."""
+        pixels = self._seen.pixels
+        return self._seen.score(box_nearness(pixels.origin, pixels.rays, poses, self._size))
+
+    def fit(self, pose: Array) -> Fit:
+        """How one pose (7,) agrees."""
+        pixels = self._seen.pixels
+        return self._seen.fit(box_nearness(pixels.origin, pixels.rays, pose[None], self._size)[0])
 
 
 def evidence_for(hue: str | None, pixels: Pixels, others: Sequence[Body], noise: float) -> Evidence:

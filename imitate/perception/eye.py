@@ -74,6 +74,15 @@ class View:
         rays = eye.rays[window].reshape(-1, 3)
         return Pixels(eye.table_from_camera[:3], rays, self.frame.depth[window].reshape(-1), hue)
 
+    def everything(self) -> Array:
+        """(H·W, 3) the points shown, in the table's frame; the camera's place where nothing was read."""
+        shown = self.eye.table_from_camera[:3] + self.eye.rays * self.frame.depth[..., None]
+        return np.asarray(shown, float).reshape(-1, 3)
+
+    def window(self, points: Array, margin: float) -> Window:
+        """All pixels that show the space around points (N, 3) in the table's frame, ``margin`` metres."""
+        return self.eye.window(points, margin, self.frame.depth.size)
+
     def around(self, points: Array, margin: float, most: int) -> Pixels:
         """The pixels that show the space around points, as of `Eye.window`."""
         return self.pixels(self.eye.window(points, margin, most, self.number))

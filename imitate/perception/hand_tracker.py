@@ -11,7 +11,8 @@ from imitate.perception.eye import View
 from imitate.perception.hand import NAMES, SIDES, SLACK, Hand, finger_poses, hand_of_pixels
 from imitate.perception.particles import anneal, around, expected, moved
 from imitate.perception.shapes import Float, Pixels, cylinder_nearness
-from imitate.perception.tracker import FORGET, UNSEEN, WORSE, Motion, Sight
+from imitate.perception.tracker import UNSEEN, Motion, Sight
+from imitate.perception.usual import Usual
 from imitate.settings import Perception
 
 NEAR = np.array([0.002, 0.002, 0.002, 0.02, 0.02, 0.02, 0.002])
@@ -36,7 +37,7 @@ class HandTracker:
         self._settings = settings
         self._hand: Hand | None = None
         self._velocity, self._time = np.zeros(7), 0.0
-        self._usual, self._agreement = -np.inf, 0.0
+        self._usual = Usual()
         self._motion: Motion | None = None
         # Turns are about the origin that the paper gives the hand, which may lie behind the fingertips.
         self._origin = np.array([0, 0, -settings.hand_offset, 0, 0, 0, 1])
@@ -70,7 +71,7 @@ class HandTracker:
         found = None
         if before is not None:
             found = self._search(view, before, self._guesses(view.frame.t), NEAR, 0.5, generator)
-        if found is None or before is None or self._score(found[1]) < self._usual - WORSE:
+        if found is None or before is None or self._usual.is_worse(_score(found[1])):
             found = self._again(view, before, generator) or found
         if found is None or not self._is_shown(found[1]):
             self._hand, self._motion = None, None
@@ -117,9 +118,9 @@ class HandTracker:
         evidence = [self._look(view, *hands(guesses), side) for side in SIDES]
 
         def score(changes: Array) -> Float:
-            total = expected(changes, guesses, 3 * spread)
+            total, guessed = expected(changes, guesses, 3 * spread), hands(changes)
             for side, seen in zip(SIDES, evidence, strict=True):
-                total += seen.score(self._finger(seen.pixels, *hands(changes), side))
+                total += seen.score(self._finger(seen.pixels, *guessed, side))
             return np.asarray(total, np.float32)
 
         particles = around(guesses, spread, round(share * self._settings.particles), generator)
@@ -138,7 +139,7 @@ class HandTracker:
         half = np.array([[0, 0, settings.finger_length / 2, 0, 0, 0, 1]])
         middles = finger_poses(hands, openings, settings, side)
         ends = np.concatenate([compose(middles, half), compose(middles, half * [1, 1, -1, 1, 1, 1, 1])])
-        pixels = view.around(ends[:, :3], settings.finger_radius + SLACK, settings.pixels)
+        pixels = view.around(ends[:, :3], settings.finger_radius + SLACK, settings.pixels // 2)
         return evidence_for(NAMES[SIDES.index(side)], pixels, (), settings.depth_noise)
 
     def _finger(self, pixels: Pixels, hands: Array, openings: Array, side: int) -> Float:
@@ -146,29 +147,29 @@ class HandTracker:
         radius, length = self._settings.finger_radius, self._settings.finger_length
         return cylinder_nearness(pixels.origin, pixels.rays, poses, radius, length)
 
-    def _score(self, fits: list[Fit]) -> float:
-        return float(np.mean([fit.score for fit in fits]))
-
-    def _agrees(self, fits: list[Fit]) -> float:
-        shown = sum(fit.shown for fit in fits)
-        return shown / max(shown + sum(fit.against + fit.missed for fit in fits), 1)
-
     def _is_shown(self, fits: list[Fit]) -> bool:
-        agreeing = self._agrees(fits) >= AGREEING * self._agreement
+        agreeing = self._usual.relative(_agreement(fits)) >= AGREEING
         return sum(fit.shown for fit in fits) >= FEWEST and agreeing
 
     def _confidence(self, fits: list[Fit]) -> float:
-        relative = min(1.0, self._agrees(fits) / max(self._agreement, 1e-9))
-        return relative * min(1.0, sum(fit.visible for fit in fits) / 0.6)
+        return self._usual.relative(_agreement(fits)) * min(1.0, sum(fit.visible for fit in fits) / 0.6)
 
     def _accept(self, before: Hand | None, hand: Hand, fits: list[Fit], t: float) -> None:
         self._motion = Motion(before.pose, hand.pose) if before else None
         self._velocity = np.zeros(7)
         if before and t > self._time:
             self._velocity[:3] = (hand.pose[:3] - before.pose[:3]) / (t - self._time)
-        self._usual = max(self._score(fits), self._usual - FORGET)
-        self._agreement = max(self._agreement, self._agrees(fits))
+        self._usual.learn(_score(fits), _agreement(fits))
         self._hand, self._time = hand, t
+
+
+def _score(fits: list[Fit]) -> float:
+    return float(np.mean([fit.score for fit in fits]))
+
+
+def _agreement(fits: list[Fit]) -> float:
+    shown = sum(fit.shown for fit in fits)
+    return shown / max(shown + sum(fit.against + fit.missed for fit in fits), 1)
 
 
 def _change(before: Hand, after: Hand, origin: Array) -> Array:

@@ -14,13 +14,12 @@ from numpy.typing import NDArray
 from imitate.demonstration import HAND, Demonstration
 from imitate.errors import ImitateError
 from imitate.formats.recordings import open_recording
-from imitate.geometry import Array, align_signs, inverse, read_only
+from imitate.geometry import Array, align_signs, conjugate, inverse, read_only, rotate
 from imitate.perception.ahead import ahead
 from imitate.perception.block import Block
-from imitate.perception.colour import HUES
 from imitate.perception.complaints import no_block, no_hand, one_frame
 from imitate.perception.evidence import Body
-from imitate.perception.eye import View, open_eye
+from imitate.perception.eye import Eye, View, open_eye
 from imitate.perception.fingers import FingerColours, finger_colours
 from imitate.perception.first_view import FirstView
 from imitate.perception.hand_tracker import HandTracker
@@ -91,13 +90,13 @@ def observe(
     still = list(islice(frames, chosen.still_frames))
     if len(still) < 2:
         raise ImitateError(one_frame(name, len(still)))
-    fingers = finger_colours(chosen, still[0].colour)
-    first = _look(name, _still(still), source.intrinsics, chosen, seed, fingers)
+    middle, fingers = _still(still), finger_colours(chosen, still[0].colour)
+    first = _look(name, middle, source.intrinsics, chosen, seed, fingers)
     eye = open_eye(source.intrinsics, first.table, fingers)
     blocks = {thing.name: thing.block for thing in first.objects}
     if not blocks:
         raise ImitateError(no_block(name, first, chosen))
-    trackers = _Trackers(blocks, chosen, seed)
+    trackers = _Trackers(first, eye, middle, chosen, seed)
     t: list[float] = []
     rows: list[list[Sight]] = []
     openings: list[float] = []
@@ -113,12 +112,16 @@ def observe(
 class _Trackers:
     """The hand's and the blocks', each with its own draws."""
 
-    def __init__(self, blocks: dict[str, Block], settings: Perception, seed: int) -> None:
-        hues = [name.rstrip("0123456789") for name in blocks]
-        pairs = zip(blocks.values(), hues, strict=True)
+    def __init__(self, first: FirstView, eye: Eye, still: RgbdFrame, settings: Perception, seed: int) -> None:
+        points = View(eye, still, 0).everything()
         self._hand = HandTracker(settings)
-        self._blocks = [BlockTracker(block, hue if hue in HUES else None, settings) for block, hue in pairs]
-        seeds = np.random.SeedSequence(seed).spawn(1 + len(blocks))
+        self._blocks = []
+        for k, thing in enumerate(first.objects):
+            hue = thing.name.rstrip("0123456789") if thing.has_hue else None
+            own = points[first.labels == k + 1]
+            surface = rotate(conjugate(thing.block.pose[3:]), own - thing.block.pose[:3])
+            self._blocks.append(BlockTracker(thing.block, hue, surface, settings))
+        seeds = np.random.SeedSequence(seed).spawn(1 + len(self._blocks))
         self._generators = [np.random.default_rng(s) for s in seeds]
 
     @property

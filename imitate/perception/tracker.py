@@ -16,13 +16,15 @@ from scipy.spatial.transform import Rotation
 
 from imitate.geometry import Array, compose, conjugate, inverse, normalised, quaternion_multiply, rotate
 from imitate.perception.block import Block
-from imitate.perception.evidence import Body, Evidence, Fit, evidence_for
+from imitate.perception.evidence import Body, BoxEvidence, Fit, evidence_for
 from imitate.perception.eye import View
 from imitate.perception.lost import YAWS, patches
 from imitate.perception.particles import anneal, around, expected, moved
 from imitate.perception.rest import Rest
 from imitate.perception.shapes import Float, Pixels, box_nearness
+from imitate.perception.surface import POINTS, SurfaceEvidence
 from imitate.perception.symmetry import flat, half_height, nearest_alike, tilt
+from imitate.perception.usual import Usual
 from imitate.settings import Perception
 
 AT_REST = np.array([0.001, 0.001, 0.001, 0.01, 0.01, 0.01])
@@ -36,10 +38,6 @@ UPRIGHT = np.array([1, 1, 1, 0, 0, 1.0])
 """what can change of a block that lies flat."""
 CALMER = 0.7
 """a frame, by which the spread around guesses shrinks after a surprise."""
-WORSE = 0.1
-"""log-likelihood a pixel by which a block's fit may fall short of the usual before a wide search."""
-FORGET = 0.02
-"""log-likelihood a pixel by which what is usual sinks with each frame."""
 SEARCH = 0.12
 """m around a block's last place in which its pixels are looked for."""
 FEWEST = 12
@@ -47,7 +45,10 @@ FEWEST = 12
 VISIBLE, AGREEING = 0.1, 0.6
 """least share of a block's outline that shows it, and of its pixels that agree, of the usual share."""
 SURE = 12
-"""frames at rest after which a block is only looked at."""
+"""frames at rest after which a block is only looked at, but in every `SELDOM`-th frame."""
+SELDOM = 5
+SOLID = 0.7
+"""share of its pixels that must agree with a box in the first frame, else its surface is followed instead."""
 TOUCH = 0.015
 """m between the hand's tool-centre point and a block that it may move."""
 LOW, LEANING = 0.006, 0.05
@@ -79,18 +80,23 @@ class _Guess:
 
     pose: Array
     fit: Fit
-    evidence: Evidence
+    evidence: BoxEvidence | SurfaceEvidence
 
 
 class BlockTracker:
-    """Follows one block of known size, by its hue where it has one, else by depth alone."""
+    """Follows one block of known size, by its hue where it has one, else by depth alone.
 
-    def __init__(self, block: Block, hue: str | None, settings: Perception) -> None:
+    ``surface`` (S, 3) are points on it in its own frame, for one that turns out to be no box.
+    """
+
+    def __init__(self, block: Block, hue: str | None, surface: Array, settings: Perception) -> None:
         self._hue, self._size, self._pose = hue, block.size, np.array(block.pose)
         self._settings = settings
         self._reach = float(np.linalg.norm(block.size)) / 2 + 0.012
         self._velocity = np.zeros(3)
-        self._usual, self._agreement = -np.inf, 0.0
+        self._usual = Usual()
+        self._surface: Array | None = None
+        self._points = surface[:: 1 + len(surface) // POINTS]
         self._time: float | None = None
         self._shown = np.zeros(3)  # the middle of its visible pixels, from its centre
         self._lost, self._flat = False, True
@@ -124,9 +130,12 @@ class BlockTracker:
         """
         others = [other for other in others if other is not self]
         guesses = self._guesses(view.frame.t, hand)
+        if self._time is None:
+            self._choose_shape(view, others)
         evidence = self._look(view, self._pose[:3] + guesses[:, :3], others)
-        best = self._unmoved(evidence) or self._narrow(evidence, guesses, generator)
-        if self._lost or best.fit.score < self._usual - WORSE:
+        seldom = view.number % SELDOM == 0
+        best = (None if seldom else self._unmoved(evidence)) or self._narrow(evidence, guesses, generator)
+        if self._lost or self._usual.is_worse(best.fit.score):
             best = self._wide(view, best, guesses, others, generator)
         if self._lost and not self._is_shown(best.fit):
             best = self._anywhere(view, others, generator) or best
@@ -151,9 +160,20 @@ class BlockTracker:
         apart = other._pose[:3] - self._pose[:3]
         return not self._lost and apart[2] > 0 and bool(np.linalg.norm(apart[:2]) < reach)
 
-    def _look(self, view: View, places: Array, others: Sequence[Body]) -> Evidence:
-        pixels = view.around(places, self._reach, self._settings.pixels)
-        return evidence_for(self._hue, pixels, others, self._settings.depth_noise)
+    def _choose_shape(self, view: View, others: Sequence[Body]) -> None:
+        """A box, unless the first frame shows something else where the first view found it."""
+        self._surface = None
+        if self._look(view, self._pose[None, :3], others).fit(self._pose).agreement < SOLID:
+            self._surface = self._points
+
+    def _look(self, view: View, places: Array, others: Sequence[Body]) -> BoxEvidence | SurfaceEvidence:
+        noise = self._settings.depth_noise
+        if self._surface is None:
+            pixels = view.around(places, self._reach, self._settings.pixels)
+            return BoxEvidence(evidence_for(self._hue, pixels, others, noise), self._size)
+        window = view.window(places, self._reach)
+        seen = evidence_for(self._hue, view.pixels(window), others, noise)
+        return SurfaceEvidence(view, window, seen, self._surface, noise)
 
     def _guesses(self, t: float, hand: Motion | None) -> Array:
         """(G, 6) changes since the last frame: none, going on as before, and, where it may, with the hand."""
@@ -171,26 +191,23 @@ class BlockTracker:
         inside = rotate(conjugate(self._pose[3:]), hand[:3] - self._pose[:3])
         return bool(np.all(np.abs(inside) < self._size / 2 + TOUCH))
 
-    def _at(self, pose: Array, evidence: Evidence) -> _Guess:
-        pixels = evidence.pixels
-        near = box_nearness(pixels.origin, pixels.rays, pose[None], self._size)
-        return _Guess(pose, evidence.fit(near[0]), evidence)
-
-    def _unmoved(self, evidence: Evidence) -> _Guess | None:
+    def _unmoved(self, evidence: BoxEvidence | SurfaceEvidence) -> _Guess | None:
         """The resting block where it is, if its pixels still agree with that."""
         if self._lost or self._rest.frames < SURE:
             return None
-        here = self._at(self._pose, evidence)
-        return here if here.fit.score > self._usual - WORSE / 2 else None
+        here = _Guess(self._pose, evidence.fit(self._pose), evidence)
+        return here if not self._usual.is_worse(here.fit.score) else None
 
-    def _narrow(self, evidence: Evidence, guesses: Array, generator: np.random.Generator) -> _Guess:
+    def _narrow(
+        self, evidence: BoxEvidence | SurfaceEvidence, guesses: Array, generator: np.random.Generator
+    ) -> _Guess:
         share = max(1 / 3, float(np.max(self._surprise / MOVING)))
         spread = self._surprise * UPRIGHT if self._flat else self._surprise
         return self._search(evidence, self._pose, guesses, spread, share, generator)
 
     def _search(
         self,
-        evidence: Evidence,
+        evidence: BoxEvidence | SurfaceEvidence,
         base: Array,
         guesses: Array,
         spread: Array,
@@ -198,15 +215,15 @@ class BlockTracker:
         generator: np.random.Generator,
     ) -> _Guess:
         """The best around changes (G, 6) of a base pose, of a share of the particles."""
-        pixels = evidence.pixels
 
         def score(changes: Array) -> Float:
-            near = box_nearness(pixels.origin, pixels.rays, moved(base, changes), self._size)
-            return np.asarray(evidence.score(near) + expected(changes, guesses, 3 * spread), np.float32)
+            seen = evidence.score(moved(base, changes))
+            return np.asarray(seen + expected(changes, guesses, 3 * spread), np.float32)
 
         particles = around(guesses, spread, round(share * self._settings.particles), generator)
         best = anneal(particles, score, self._settings.layers, generator, ENOUGH)
-        return self._at(normalised(moved(base, best.mean[None])[0]), evidence)
+        pose = normalised(moved(base, best.mean[None])[0])
+        return _Guess(pose, evidence.fit(pose), evidence)
 
     def _wide(
         self,
@@ -227,7 +244,8 @@ class BlockTracker:
         if evidence.count < FEWEST:
             return best
         found = self._search(evidence, self._pose, guesses, MOVING, 1.0, generator)
-        return max(self._at(best.pose, evidence), found, key=lambda guess: guess.fit.score)
+        same = _Guess(best.pose, evidence.fit(best.pose), evidence)
+        return max(same, found, key=lambda guess: guess.fit.score)
 
     def _anywhere(self, view: View, others: Sequence[Body], generator: np.random.Generator) -> _Guess | None:
         """The lost block, lying flat somewhere on the table where pixels could show it."""
@@ -240,12 +258,11 @@ class BlockTracker:
         return max(found, key=lambda guess: guess.fit.shown * guess.fit.agreement, default=None)
 
     def _is_shown(self, fit: Fit) -> bool:
-        agreeing = fit.agreement >= AGREEING * self._agreement
+        agreeing = self._usual.relative(fit.agreement) >= AGREEING
         return fit.shown >= FEWEST and fit.visible >= VISIBLE and agreeing
 
     def _confidence(self, fit: Fit) -> float:
-        relative = min(1.0, fit.agreement / max(self._agreement, 1e-9))
-        return relative * min(1.0, fit.visible / 0.3)
+        return self._usual.relative(fit.agreement) * min(1.0, fit.visible / 0.3)
 
     def _lose(self, guesses: Array) -> Sight:
         """Not seen: thought to be with the hand if it moved with it, else where it was, until it is found."""
@@ -268,8 +285,7 @@ class BlockTracker:
             pose = self._rest.settled(before, pose)
         going = self._time is not None and t > self._time and not (self._lost or self._rest.frames)
         self._velocity = (pose[:3] - before[:3]) / (t - (self._time or 0.0)) if going else np.zeros(3)
-        self._usual = max(best.fit.score, self._usual - FORGET)
-        self._agreement = max(self._agreement, best.fit.agreement)
+        self._usual.learn(best.fit.score, best.fit.agreement)
         points = best.evidence.points()
         self._shown = np.median(points, axis=0) - pose[:3] if len(points) else self._shown
         self._pose, self._time, self._lost = np.array(pose), t, False
