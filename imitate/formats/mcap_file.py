@@ -115,7 +115,7 @@ class McapReader:
         wanted = {key for key, channel in channels.items() if topics is None or channel.topic in topics}
         skipped = {at for at, held in chunks.items() if held and held <= channels.keys() - wanted}
         with self.path.open("rb") as stream:
-            for record in self._records(stream, skipped):
+            for record in self._records(stream, skipped, set(chunks)):
                 if isinstance(record, records.Schema):
                     schemas[record.id] = record
                 elif isinstance(record, records.Channel):
@@ -131,17 +131,21 @@ class McapReader:
                     elif topics is None or channel.topic in topics:
                         yield _raw(record, channel, schemas.get(channel.schema_id))
 
-    def _records(self, stream: IO[bytes], skipped: Collection[int]) -> Iterator[Any]:
-        # ``skipped`` are the ends of chunks that hold nothing that is asked for, by the file's own index
+    def _records(self, stream: IO[bytes], skipped: Collection[int], indexed: set[int]) -> Iterator[Any]:
+        # by the file's index: ``indexed`` are the ends of chunks, ``skipped`` of those with nothing asked for
         size = self.path.stat().st_size
         reader = StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=size)
         found = reader.records
         while True:
             try:
                 record = next(found)
+                if isinstance(record, records.Chunk):
+                    indexed.discard(stream.tell())
                 if not (isinstance(record, records.Chunk) and stream.tell() in skipped):
                     yield from self._unpacked(record, stream.tell())
             except StopIteration:
+                for at in sorted(indexed):  # a record whose kind was changed is passed over, not refused
+                    self._note(f"no chunk that ends at byte {at:,}, where its index has one")
                 return
             except _DAMAGE as error:
                 # a record longer than the file is the usual sight of a file that was cut inside a chunk
