@@ -82,9 +82,10 @@ class Sketch:
         self._words(text, 8, round((row + 1) * 45 * self._letters), ink)
 
     def _words(self, text: str, x: int, y: int, ink: tuple[int, int, int]) -> None:
-        for colour, width in (((0, 0, 0), self._width + 2), (ink, self._width)):
-            font = cv2.FONT_HERSHEY_SIMPLEX
-            cv2.putText(self.image, text, (x, y), font, self._letters, colour, width, cv2.LINE_AA)
+        font, shade = cv2.FONT_HERSHEY_SIMPLEX, (0, 0, 0)
+        for right, down, colour in ((1, 1, shade), (-1, -1, shade), (0, 0, ink)):
+            at = (x + right, y + down)
+            cv2.putText(self.image, text, at, font, self._letters, colour, self._width, cv2.LINE_AA)
 
     def _pixels(self, points: Array) -> Array:
         i = self._camera
@@ -98,22 +99,12 @@ def draw_frame(
     frame: RgbdFrame, intrinsics: Intrinsics, seen: Observation, k: int, settings: Perception
 ) -> Image:
     """Frame ``k`` with hand and objects where they were seen, and in red the names of those that were not."""
-    sketch = Sketch(frame.colour, intrinsics)
-    unseen = []
-    for n, body in enumerate((HAND, *seen.demonstration.object_names)):
-        pose = compose(seen.camera_from_table, seen.demonstration.pose_of(body)[k])
-        if np.isnan(pose[0]):
-            unseen.append(body)
-        else:
-            _draw_body(sketch, body, pose, seen, k, _ink(n), settings)
-    for row, body in enumerate(unseen):
-        sketch.note(f"{body}: lost", row, LOST)
-    return sketch.image
+    return _sketched(frame, intrinsics, seen, k, settings).image
 
 
 def draw_tracks(frame: RgbdFrame, intrinsics: Intrinsics, seen: Observation, settings: Perception) -> Image:
     """The first frame, and over it the way of each body through the whole recording."""
-    sketch = Sketch(draw_frame(frame, intrinsics, seen, 0, settings), intrinsics)
+    sketch = _sketched(frame, intrinsics, seen, 0, settings)
     for n, body in enumerate((HAND, *seen.demonstration.object_names)):
         way = compose(seen.camera_from_table, seen.demonstration.pose_of(body))[:, :3]
         sketch.line(way, _ink(n))
@@ -179,6 +170,22 @@ def write_film(path: Path, images: Iterable[Image], rate: float, force: bool = F
                 writer.release()
             if film.exists():
                 film.replace(temporary)
+
+
+def _sketched(
+    frame: RgbdFrame, intrinsics: Intrinsics, seen: Observation, k: int, settings: Perception
+) -> Sketch:
+    sketch = Sketch(frame.colour, intrinsics)
+    unseen = []
+    for n, body in enumerate((HAND, *seen.demonstration.object_names)):
+        pose = compose(seen.camera_from_table, seen.demonstration.pose_of(body)[k])
+        if np.isnan(pose[0]):
+            unseen.append(body)
+        else:
+            _draw_body(sketch, body, pose, seen, k, _ink(n), settings)
+    for row, body in enumerate(unseen):
+        sketch.note(f"{body}: lost", row, LOST)
+    return sketch
 
 
 def _draw_body(

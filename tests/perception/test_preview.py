@@ -8,6 +8,7 @@ import pytest
 
 from imitate.errors import FileError
 from imitate.formats.recordings import open_recording
+from imitate.geometry import compose
 from imitate.perception.preview import (
     INK,
     LOST,
@@ -72,7 +73,12 @@ def test_frames_show_what_was_seen_and_say_what_was_lost(filmed, observed):
     assert not len(inked(without, INK[1])[0])
     assert len(inked(without, LOST)[0]) > 20
     tracks = draw_tracks(frame, recording.intrinsics, observed, settings)
-    assert len(inked(tracks, INK[0])[0]) > len(inked(image, INK[0])[0]) + 50
+    assert tracks.shape == image.shape
+    carried = compose(observed.camera_from_table, d.pose_of("blue"))[len(d.t) // 2, :3]
+    i, scale = recording.intrinsics, image.shape[0] / frame.colour.shape[0]
+    column, row = (carried[:2] / carried[2] * [i.fx, i.fy] + [i.cx, i.cy] + 0.5) * scale - 0.5
+    rows, columns = inked(tracks, INK[1])
+    assert np.hypot(rows - row, columns - column).min() < 3
 
 
 def test_a_first_view_tints_its_objects(filmed, observed):
