@@ -15,7 +15,7 @@ import numpy as np
 
 from imitate.geometry import Array
 from imitate.perception.colour import is_hue
-from imitate.perception.shapes import LIMIT, Float, Mask, Pixels, box_nearness
+from imitate.perception.shapes import LIMIT, Float, Mask, Pixels, Places, box_nearness, places
 
 UNREAD = 1.5
 """log-likelihood lost where a body covers a pixel without a reading that has not its colour."""
@@ -152,15 +152,15 @@ class BoxEvidence:
         """(A, 3) the readings that could show the body, in the table's frame."""
         return self._seen.points()
 
-    def score(self, poses: Array) -> Float:
-        """(N,) log-likelihoods of the body's poses (N, 7)."""
+    def score(self, guesses: Places) -> Float:
+        """(N,) log-likelihoods of the body at N places."""
         pixels = self._seen.pixels
-        return self._seen.score(box_nearness(pixels.origin, pixels.rays, poses, self._size))
+        return self._seen.score(box_nearness(pixels.origin, pixels.rays, guesses, self._size))
 
     def fit(self, pose: Array) -> Fit:
         """How one pose (7,) agrees."""
         pixels = self._seen.pixels
-        return self._seen.fit(box_nearness(pixels.origin, pixels.rays, pose[None], self._size)[0])
+        return self._seen.fit(box_nearness(pixels.origin, pixels.rays, places(pose[None]), self._size)[0])
 
 
 def evidence_for(hue: str | None, pixels: Pixels, others: Sequence[Body], noise: float) -> Evidence:

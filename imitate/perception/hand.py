@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from imitate.geometry import Array, compose, normalised, rotate
+from imitate.geometry import IDENTITY, Array, compose, normalised, rotate
 from imitate.perception.colour import FINGERS, is_hue
 from imitate.perception.fingers import LEFT, RIGHT, is_finger
 from imitate.perception.shapes import Pixels
@@ -31,13 +31,18 @@ class Hand:
     opening: float
 
 
-def finger_poses(hands: Array, openings: Array, settings: Perception, side: int) -> Array:
-    """(N, 7) middles of the left (side −1) or right (+1) fingers' cylinders, their z along the hand's."""
-    offsets = np.zeros((len(hands), 7))
+def finger_offsets(openings: Array, settings: Perception, side: int) -> Array:
+    """(N, 3) the middles of the left (side −1) or right (+1) fingers' cylinders in the hands' frames."""
+    offsets = np.zeros((len(openings), 3))
     offsets[:, 1] = side * (openings / 2 + settings.finger_radius)
     offsets[:, 2] = -settings.finger_length / 2
-    offsets[:, 6] = 1
-    return compose(hands, offsets)
+    return offsets
+
+
+def finger_poses(hands: Array, openings: Array, settings: Perception, side: int) -> Array:
+    """(N, 7) middles of the left (side −1) or right (+1) fingers' cylinders, their z along the hand's."""
+    offsets = finger_offsets(openings, settings, side)
+    return compose(hands, np.pad(offsets, ((0, 0), (0, 4))) + IDENTITY)
 
 
 def hand_of_pixels(pixels: Pixels, settings: Perception, before: Hand | None = None) -> Hand | None:

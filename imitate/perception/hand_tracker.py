@@ -8,9 +8,9 @@ from scipy.spatial.transform import Rotation
 from imitate.geometry import Array, compose, conjugate, inverse, normalised, quaternion_multiply
 from imitate.perception.evidence import Evidence, Fit, evidence_for
 from imitate.perception.eye import View
-from imitate.perception.hand import NAMES, SIDES, SLACK, Hand, finger_poses, hand_of_pixels
-from imitate.perception.particles import anneal, around, expected, moved
-from imitate.perception.shapes import Float, Pixels, cylinder_nearness
+from imitate.perception.hand import NAMES, SIDES, SLACK, Hand, finger_offsets, hand_of_pixels
+from imitate.perception.particles import anneal, around, expected, guessed, moved
+from imitate.perception.shapes import Float, Pixels, Places, cylinder_nearness, places
 from imitate.perception.tracker import UNSEEN, Motion, Sight
 from imitate.perception.usual import Usual
 from imitate.settings import Perception
@@ -61,7 +61,7 @@ class HandTracker:
         """(M,) one over the depth of the nearer finger's surface, 0 where there is none."""
         if self._hand is None:
             return np.zeros(len(pixels.depth), np.float32)
-        pose, opening = self._hand.pose[None], np.array([self._hand.opening])
+        pose, opening = places(self._hand.pose[None]), np.array([self._hand.opening])
         nearest: Float = np.maximum(*(self._finger(pixels, pose, opening, side)[0] for side in SIDES))
         return nearest
 
@@ -72,7 +72,8 @@ class HandTracker:
         if before is not None:
             found = self._search(view, before, self._guesses(view.frame.t), NEAR, 0.5, generator)
         if found is None or before is None or self._usual.is_worse(_score(found[1])):
-            found = self._again(view, before, generator) or found
+            again = self._again(view, before, generator)
+            found = max((f for f in (found, again) if f), key=lambda f: _score(f[1]), default=None)
         if found is None or not self._is_shown(found[1]):
             self._hand, self._motion = None, None
             return UNSEEN
@@ -111,41 +112,40 @@ class HandTracker:
         """The hand that explains the pixels around both fingers best, with a share of the particles."""
         base = compose(before.pose, self._origin)
 
-        def hands(changes: Array) -> tuple[Array, Array]:
-            poses = compose(moved(base, changes), inverse(self._origin))
-            return poses, np.maximum(before.opening + changes[:, 6], 0)
+        def hands(changes: Array) -> tuple[Places, Array]:
+            opening = np.maximum(before.opening + changes[:, 6], 0)
+            return guessed(base, changes).part(-self._origin[:3]), opening
 
         evidence = [self._look(view, *hands(guesses), side) for side in SIDES]
 
         def score(changes: Array) -> Float:
-            total, guessed = expected(changes, guesses, 3 * spread), hands(changes)
+            total, (poses, openings) = expected(changes, guesses, 3 * spread), hands(changes)
             for side, seen in zip(SIDES, evidence, strict=True):
-                total += seen.score(self._finger(seen.pixels, *guessed, side))
+                total += seen.score(self._finger(seen.pixels, poses, openings, side))
             return np.asarray(total, np.float32)
 
         particles = around(guesses, spread, round(share * self._settings.particles), generator)
         best = anneal(particles, score, self._settings.layers, generator, ENOUGH)
-        poses, openings = hands(best.mean[None])
-        hand = Hand(normalised(poses[0]), float(openings[0]))
-        final = hand.pose[None], np.array([hand.opening])
+        final, opening = hands(best.mean[None])
         fits = [
-            seen.fit(self._finger(seen.pixels, *final, side)[0])
+            seen.fit(self._finger(seen.pixels, final, opening, side)[0])
             for side, seen in zip(SIDES, evidence, strict=True)
         ]
-        return hand, fits
+        pose = normalised(compose(moved(base, best.mean[None])[0], inverse(self._origin)))
+        return Hand(pose, float(opening[0])), fits
 
-    def _look(self, view: View, hands: Array, openings: Array, side: int) -> Evidence:
+    def _look(self, view: View, hands: Places, openings: Array, side: int) -> Evidence:
         settings = self._settings
-        half = np.array([[0, 0, settings.finger_length / 2, 0, 0, 0, 1]])
-        middles = finger_poses(hands, openings, settings, side)
-        ends = np.concatenate([compose(middles, half), compose(middles, half * [1, 1, -1, 1, 1, 1, 1])])
-        pixels = view.around(ends[:, :3], settings.finger_radius + SLACK, settings.pixels // 2)
+        middles = hands.part(finger_offsets(openings, settings, side))
+        half = np.array([0, 0, settings.finger_length / 2])
+        ends = np.concatenate([middles.part(half).at, middles.part(-half).at])
+        pixels = view.around(ends, settings.finger_radius + SLACK, settings.pixels // 2)
         return evidence_for(NAMES[SIDES.index(side)], pixels, (), settings.depth_noise)
 
-    def _finger(self, pixels: Pixels, hands: Array, openings: Array, side: int) -> Float:
-        poses = finger_poses(hands, openings, self._settings, side)
+    def _finger(self, pixels: Pixels, hands: Places, openings: Array, side: int) -> Float:
+        middles = hands.part(finger_offsets(openings, self._settings, side))
         radius, length = self._settings.finger_radius, self._settings.finger_length
-        return cylinder_nearness(pixels.origin, pixels.rays, poses, radius, length)
+        return cylinder_nearness(pixels.origin, pixels.rays, middles, radius, length)
 
     def _is_shown(self, fits: list[Fit]) -> bool:
         agreeing = self._usual.relative(_agreement(fits)) >= AGREEING

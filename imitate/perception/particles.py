@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from imitate.geometry import Array, quaternion_multiply
+from imitate.perception.shapes import Places
 
 Score = Callable[[Array], NDArray[np.float32]]
 
@@ -79,6 +80,12 @@ def expected(particles: Array, guesses: Array, deviations: Array) -> Array:
     free = deviations > 0
     apart = (particles[:, None, free] - guesses[:, free]) / deviations[free]
     return np.asarray(-np.sum(apart**2, axis=2).min(axis=1) / 2)
+
+
+def guessed(base: Array, changes: Array) -> Places:
+    """As `moved`, as places."""
+    turned = Rotation.from_rotvec(changes[:, 3:6]).as_matrix() @ Rotation.from_quat(base[3:]).as_matrix()
+    return Places(turned, base[:3] + changes[:, :3])
 
 
 def moved(base: Array, changes: Array) -> Array:

@@ -7,7 +7,7 @@ all planes of all guesses are one product of matrices. A body that is missed has
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,16 +48,33 @@ class Pixels:
         return Pixels(self.origin, self.rays[kept], self.depth[kept], self.hue[kept])
 
 
-def box_nearness(origin: Array, rays: Float, poses: Array, sizes: Array) -> Float:
+class Places(NamedTuple):
+    """Poses for many guesses: rotations (N, 3, 3) from the bodies to the table, and positions (N, 3)."""
+
+    turned: Array
+    at: Array
+
+    def part(self, offset: Array) -> Places:
+        """The same turns at points offset (3,) or (N, 3) in the bodies' frames."""
+        moved = np.einsum("nij,nj->ni", self.turned, np.broadcast_to(offset, self.at.shape))
+        return Places(self.turned, self.at + moved)
+
+
+def places(poses: Array) -> Places:
+    """Of poses (N, 7)."""
+    return Places(Rotation.from_quat(poses[:, 3:]).as_matrix(), poses[:, :3])
+
+
+def box_nearness(origin: Array, rays: Float, boxes: Places, sizes: Array) -> Float:
     """(N, M) one over the depth at which each ray enters each box; 0 where it misses.
 
     Args:
         origin: (3,) where the rays start.
         rays: (M, 3) directions, of depth 1.
-        poses: (N, 7) of the boxes' centres.
+        boxes: N places of the boxes' centres.
         sizes: (N, 3) or (3,) along the boxes' axes, metres.
     """
-    turned, start = _from_bodies(origin, poses)
+    turned, start = boxes.turned, _from_bodies(origin, boxes)
     half = np.broadcast_to(np.asarray(sizes, float) / 2, start.shape)
     front, back = _faces(start, half)
     axes = turned.transpose(0, 2, 1)
@@ -70,14 +87,14 @@ def box_nearness(origin: Array, rays: Float, poses: Array, sizes: Array) -> Floa
     return _entered(enter, leave)
 
 
-def cylinder_nearness(origin: Array, rays: Float, poses: Array, radius: float, length: float) -> Float:
+def cylinder_nearness(origin: Array, rays: Float, bodies: Places, radius: float, length: float) -> Float:
     """(N, M) one over the depth at which each ray enters each capped cylinder about its z; 0 if missed."""
-    turned, start = _from_bodies(origin, poses)
-    x, y, z = turned.transpose(2, 0, 1)
+    start = _from_bodies(origin, bodies)
+    x, y, z = bodies.turned.transpose(2, 0, 1)
     square = np.sum(start[:, :2] ** 2, axis=1) - radius**2
     square = np.where(np.abs(square) < _LEAST, _LEAST, square)[:, None]
     scale = np.sqrt(np.abs(square))
-    front, back = _faces(start[:, 2:], np.full((len(poses), 1), length / 2))
+    front, back = _faces(start[:, 2:], np.full((len(start), 1), length / 2))
     # The nearness of the surface is −b ± √(b² − c), with b linear and c quadratic in the ray.
     b = (start[:, :1] * x + start[:, 1:2] * y) / square
     near = _along(np.stack([b, x / scale, y / scale, z / front, z / back], axis=1), rays)
@@ -97,12 +114,12 @@ def cylinder_nearness(origin: Array, rays: Float, poses: Array, radius: float, l
 
 def box_depth(pixels: Pixels, poses: Array, sizes: Array) -> Float:
     """(N, M) depth at which each pixel's ray enters each box; infinite where it misses."""
-    return _depth(box_nearness(pixels.origin, pixels.rays, poses, sizes))
+    return _depth(box_nearness(pixels.origin, pixels.rays, places(poses), sizes))
 
 
 def cylinder_depth(pixels: Pixels, poses: Array, radius: float, length: float) -> Float:
     """(N, M) depth at which each ray enters each capped cylinder about its z; infinite where it misses."""
-    return _depth(cylinder_nearness(pixels.origin, pixels.rays, poses, radius, length))
+    return _depth(cylinder_nearness(pixels.origin, pixels.rays, places(poses), radius, length))
 
 
 def agreement(pixels: Pixels, own: Mask, predicted: Float, noise: float) -> Float:
@@ -127,10 +144,9 @@ def agreement(pixels: Pixels, own: Mask, predicted: Float, noise: float) -> Floa
     return np.asarray(-cost - LIMIT * through.sum(axis=1), np.float32)
 
 
-def _from_bodies(origin: Array, poses: Array) -> tuple[Array, Array]:
-    """Rotations (N, 3, 3) table_from_body, and the camera's place (N, 3) in the bodies' frames."""
-    turned = Rotation.from_quat(poses[:, 3:]).as_matrix()
-    return turned, np.einsum("nji,nj->ni", turned, origin - poses[:, :3])
+def _from_bodies(origin: Array, bodies: Places) -> Array:
+    """(N, 3) the camera's place in the bodies' frames."""
+    return np.asarray(np.einsum("nji,nj->ni", bodies.turned, origin - bodies.at))
 
 
 def _faces(start: Array, half: NDArray[Any]) -> tuple[Array, Array]:

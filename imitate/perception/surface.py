@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from imitate.geometry import Array, conjugate, rotate
 from imitate.perception.evidence import STRANGE, UNREAD, Evidence, Fit
 from imitate.perception.eye import View, Window
-from imitate.perception.shapes import LIMIT, Float
+from imitate.perception.shapes import LIMIT, Float, Places, places
 
 POINTS = 400
 """of a surface that are compared, at most."""
@@ -48,20 +48,20 @@ class SurfaceEvidence:
         """(A, 3) the readings that could show the body, in the table's frame."""
         return self._seen.points()
 
-    def score(self, poses: Array) -> Float:
-        """(N,) log-likelihoods of the body's poses (N, 7)."""
-        cost, _, _ = self._costs(poses)
+    def score(self, guesses: Places) -> Float:
+        """(N,) log-likelihoods of the body at N places."""
+        cost, _, _ = self._costs(guesses)
         return np.asarray(-cost.sum(axis=1), np.float32)
 
     def fit(self, pose: Array) -> Fit:
         """How one pose (7,) agrees."""
-        cost, against, hidden = (part[0] for part in self._costs(pose[None]))
+        cost, against, hidden = (part[0] for part in self._costs(places(pose[None])))
         shown = len(cost) - int(against.sum()) - int(hidden.sum())
         return Fit(shown, int(against.sum()), int(hidden.sum()), 0, -float(cost.mean()))
 
-    def _costs(self, poses: Array) -> tuple[Float, Float, Float]:
+    def _costs(self, guesses: Places) -> tuple[Float, Float, Float]:
         """(N, S) log-likelihoods lost at each point, and whether it is against the pose or hidden."""
-        u, v, z = self._projected(poses)
+        u, v, z = self._projected(guesses)
         height, width = self._depth.shape
         outside = (u < 0) | (u >= width) | (v < 0) | (v >= height)
         at = np.where(outside, 0, v * width + u)
@@ -77,11 +77,11 @@ class SurfaceEvidence:
         cost[hidden] = STRANGE
         return cost, ~hidden & (cost >= LIMIT), hidden
 
-    def _projected(self, poses: Array) -> tuple[Array, Array, Float]:
+    def _projected(self, guesses: Places) -> tuple[Array, Array, Float]:
         """(N, S) columns and rows in the window, and depths, of the surface's points."""
         i, camera = self._intrinsics, conjugate(self._pose[3:])
-        turned = Rotation.from_quat(camera).as_matrix() @ Rotation.from_quat(poses[:, 3:]).as_matrix()
-        start = rotate(camera, poses[:, :3] - self._pose[:3])
+        turned = Rotation.from_quat(camera).as_matrix() @ guesses.turned
+        start = rotate(camera, guesses.at - self._pose[:3])
         seen = np.matmul(turned.astype(np.float32), self._surface.T) + start[..., None].astype(np.float32)
         x, y, z = seen[:, 0], seen[:, 1], np.maximum(seen[:, 2], np.float32(0.05))
         u = np.rint(i.fx * x / z + i.cx).astype(np.intp) - self._corner[1]

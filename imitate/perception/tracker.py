@@ -19,9 +19,9 @@ from imitate.perception.block import Block
 from imitate.perception.evidence import Body, BoxEvidence, Fit, evidence_for
 from imitate.perception.eye import View
 from imitate.perception.lost import YAWS, patches
-from imitate.perception.particles import anneal, around, expected, moved
+from imitate.perception.particles import anneal, around, expected, guessed, moved
 from imitate.perception.rest import Rest
-from imitate.perception.shapes import Float, Pixels, box_nearness
+from imitate.perception.shapes import Float, Pixels, box_nearness, places
 from imitate.perception.surface import POINTS, SurfaceEvidence
 from imitate.perception.symmetry import flat, half_height, nearest_alike, tilt
 from imitate.perception.usual import Usual
@@ -115,7 +115,7 @@ class BlockTracker:
 
     def nearness(self, pixels: Pixels) -> Float:
         """(M,) one over the depth of its surface where it is."""
-        return np.asarray(box_nearness(pixels.origin, pixels.rays, self._pose[None], self._size)[0])
+        return np.asarray(box_nearness(pixels.origin, pixels.rays, places(self._pose[None]), self._size)[0])
 
     def follow(
         self, view: View, others: Sequence[Body], hand: Motion | None, generator: np.random.Generator
@@ -217,7 +217,7 @@ class BlockTracker:
         """The best around changes (G, 6) of a base pose, of a share of the particles."""
 
         def score(changes: Array) -> Float:
-            seen = evidence.score(moved(base, changes))
+            seen = evidence.score(guessed(base, changes))
             return np.asarray(seen + expected(changes, guesses, 3 * spread), np.float32)
 
         particles = around(guesses, spread, round(share * self._settings.particles), generator)

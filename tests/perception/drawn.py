@@ -5,7 +5,7 @@ from scipy.spatial.transform import Rotation
 
 from imitate.geometry import compose, inverse, rotate
 from imitate.perception.hand import SIDES, finger_poses
-from imitate.perception.shapes import box_nearness, cylinder_nearness
+from imitate.perception.shapes import box_nearness, cylinder_nearness, places
 from imitate.rgbd import Intrinsics, RgbdFrame
 from imitate.settings import Perception
 
@@ -36,12 +36,14 @@ def frame(t, boxes, hand=None, generator=None, opening=0.06, board=None):
     i, eye, settings = INTRINSICS, camera(), Perception()
     rays = rotate(eye[3:], i.rays().reshape(-1, 3)).astype(np.float32)
     layers = [(WOOD, -rays[:, 2] / eye[2])]
-    layers += [(PAINT[c], box_nearness(eye[:3], rays, np.array([p]), np.array(s))[0]) for c, p, s in boxes]
+    layers += [
+        (PAINT[c], box_nearness(eye[:3], rays, places(np.array([p])), np.array(s))[0]) for c, p, s in boxes
+    ]
     if hand is not None:
         for side, paint in zip(SIDES, (RED, YELLOW), strict=True):
             pose = finger_poses(np.array([hand]), np.array([opening]), settings, side)
             radius, length = settings.finger_radius, settings.finger_length
-            layers.append((paint, cylinder_nearness(eye[:3], rays, pose, radius, length)[0]))
+            layers.append((paint, cylinder_nearness(eye[:3], rays, places(pose), radius, length)[0]))
     near = np.stack([n for _, n in layers])
     depth = (1 / near.max(axis=0)).reshape(i.height, i.width)
     colour = np.array([paint for paint, _ in layers], np.uint8)[near.argmax(axis=0)]
