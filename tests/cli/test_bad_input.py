@@ -109,7 +109,7 @@ def test_a_demonstration_out_of_reach(refused, tmp_path):
         (["--seed", "-1"], "'--seed'"),
         (["--sed", "1"], "No such option"),
         (["--settings", "{typo}"], "Did you mean 'evaluation_starts'?"),
-        (["--mode", "fast"], "'robust' or 'faithful'"),
+        (["--mode", "fast"], "'robust', 'faithful' or 'cst'"),
     ],
 )
 def test_unknown_seeds_settings_and_options(refused, tmp_path, words, expected):
