@@ -21,6 +21,8 @@ UNREAD = 1.5
 """log-likelihood lost where a body covers a pixel without a reading that has not its colour."""
 STRANGE = 1.5
 """log-likelihood lost where a reading that could be a colourless body's is a stranger's."""
+LOW = 2.0
+"""standard deviations above the table below which a pixel of the body's colour counts neither way."""
 TALL = 0.01
 """m above the table from which a reading may belong to a body without colour."""
 
@@ -168,11 +170,10 @@ def evidence_for(hue: str | None, pixels: Pixels, others: Sequence[Body], noise:
 
     Pixels of the body's own hue are another's only where that has the same hue.
     """
-    if hue is not None:
-        own = is_hue(pixels.hue, hue)
-    else:
-        own = (pixels.depth > 0) & (pixels.origin[2] + pixels.rays[:, 2] * pixels.depth > TALL)
-    known = np.zeros(len(pixels.depth), bool)
+    height, read = pixels.origin[2] + pixels.rays[:, 2] * pixels.depth, pixels.depth > 0
+    own = read & (height > TALL) if hue is None else is_hue(pixels.hue, hue)
+    # The body's colour on the table is the table's grain, a reflection or the body's lowest edge.
+    known = own & read & (height < LOW * noise)
     for other in others:
         if other.is_lost:
             continue
