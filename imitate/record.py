@@ -8,6 +8,21 @@ from imitate.geometry import Array, read_only
 
 
 @dataclass(frozen=True)
+class RobotFile:
+    """A file that a robot's description leads to.
+
+    Attributes:
+        name: its path as seen from the URDF.
+        sha256: of its bytes, hexadecimal.
+        text: what is in it, of the URDF; empty of a mesh.
+    """
+
+    name: str
+    sha256: str
+    text: str = ""
+
+
+@dataclass(frozen=True)
 class SceneSpec:
     """Everything that physics is built from, in the world frame: z up, z = 0 on the table.
 
@@ -21,6 +36,7 @@ class SceneSpec:
         home: (J,) positions of the joints that have a motor, at the start: arm, then fingers; rad, or m where
             a joint slides.
         description: the robot's description itself, TOML; sessions of before it was kept have none.
+        robot_files: what the description leads to; none where it ships with imitate.
     """
 
     robot: str
@@ -31,6 +47,7 @@ class SceneSpec:
     object_poses: Array
     home: Array
     description: str = ""
+    robot_files: tuple[RobotFile, ...] = ()
 
     def __post_init__(self) -> None:
         for field in ("base", "object_sizes", "object_masses", "object_poses", "home"):

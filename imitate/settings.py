@@ -256,6 +256,11 @@ class World(_Section):
     reach_rate: float = Field(default=20.0, gt=0)
     """poses a second of the demonstration that are tried when the base is placed."""
 
+    touch_tolerance: float = Field(default=0.01, ge=0)
+    """m that two links of the arm, or one and the table, may overlap when the base is placed."""
+    touch_interval: float = Field(default=0.5, gt=0)
+    """s of the demonstration between the poses that are looked at for it."""
+
     @model_validator(mode="after")
     def _whole_ticks(self) -> World:
         if self.physics_rate % self.control_rate:

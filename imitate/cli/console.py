@@ -38,6 +38,11 @@ Workers = Annotated[
     int | None, typer.Option("--workers", min=1, help="Processes that run trials; by default one per core.")
 ]
 
+RobotPlace = Annotated[
+    str,
+    typer.Option("--robot", metavar="FILE.toml", help="Where a robot of one's own is now, if it has moved."),
+]
+
 Cluster = Annotated[
     str,
     typer.Option("--cluster", metavar="tcp://HOST:PORT", help="Run trials on a cluster of dask.distributed."),

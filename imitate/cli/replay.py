@@ -20,6 +20,7 @@ def replay(
         Path | None,
         typer.Option("--rrd", metavar="FILE.rrd", help="Also write every step for Rerun's viewer."),
     ] = None,
+    robot: console.RobotPlace = "",
     workers: console.Workers = None,
     as_json: console.Json = False,
     force: console.Force = False,
@@ -40,7 +41,7 @@ def replay(
     with console.progress() as bar:
         task = bar.add_task("replaying", total=total)
         report = run_again(
-            session, lambda done, _: bar.update(task, completed=done), workers or os.cpu_count() or 1
+            session, lambda done, _: bar.update(task, completed=done), workers or os.cpu_count() or 1, robot
         )
     if rrd:
         _write_view(session, rrd, force, total)

@@ -22,6 +22,7 @@ def reproduce(
         float | None,
         typer.Option("--turn", metavar="DEGREES", min=0, help="How far each is turned, at most; 15."),
     ] = None,
+    robot: console.RobotPlace = "",
     workers: console.Workers = None,
     cluster: console.Cluster = "",
     as_json: console.Json = False,
@@ -40,7 +41,7 @@ def reproduce(
     with console.progress() as bar:
         task = bar.add_task("reproducing", total=trials)
         factory = executors(workers or os.cpu_count() or 1, cluster)
-        for event in reproduce_session(session, trials, seed, factory, shift, turn):
+        for event in reproduce_session(session, trials, seed, factory, shift, turn, robot):
             if isinstance(event, TrialFinished):
                 bar.advance(task)
                 if event.failure:

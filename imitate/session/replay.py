@@ -20,6 +20,7 @@ from imitate.learning.trials import process_pool
 from imitate.record import TrialRecord
 from imitate.session.versions import version_differences
 from imitate.settings import settings_from_toml
+from imitate.world.robot_files import located
 from imitate.world.scene import World
 from imitate.world.trial import Simulator
 
@@ -86,16 +87,20 @@ class _Compared:
 Compare = Callable[[TrialRecord], _Compared]
 
 
-def replay(path: Path | str, progress: Progress | None = None, workers: int = 1) -> ReplayReport:
+def replay(
+    path: Path | str, progress: Progress | None = None, workers: int = 1, robot: str = ""
+) -> ReplayReport:
     """Builds the scene anew and runs every recorded trial again.
 
     Args:
         path: a session.
         progress: called after each trial.
         workers: processes; the report is the same for any number.
+        robot: the TOML file beside which the robot's files are now, if not where they were.
 
     Raises:
         FileError: no session, an unreadable one, or one without recorded steps.
+        SceneError: the robot's files are missing or are not those recorded.
     """
     path = Path(path)
     total = summarise(path).trials
@@ -105,7 +110,7 @@ def replay(path: Path | str, progress: Progress | None = None, workers: int = 1)
     if not isinstance(started, SessionStarted):
         what = f": {reader.damage[0]}" if reader.damage else ""
         raise FileError(path, f"does not begin with a session's start{what}", "It cannot be replayed.")
-    compare = partial(_compare, _scene_of(path, started), started.scene.object_names)
+    compare = partial(_compare, _scene_of(path, started, robot), started.scene.object_names)
     trials = (event for event in events if isinstance(event, TrialFinished))
     if workers == 1:
         compared: Iterable[tuple[TrialFinished, _Compared | None]] = (
@@ -144,12 +149,12 @@ def _bits(record: TrialRecord) -> NDArray[np.uint64]:
     return _state(record).view(np.uint64)
 
 
-def _scene_of(path: Path, started: SessionStarted) -> bytes:
+def _scene_of(path: Path, started: SessionStarted, robot: str) -> bytes:
     try:
         settings = settings_from_toml(started.settings)
     except UsageError as error:
         raise FileError(path, f"has settings that this imitate does not know ({error})") from None
-    return pickle.dumps((started.scene, settings))
+    return pickle.dumps((located(started.scene, robot), settings))
 
 
 def _compare(scene: bytes, objects: tuple[str, ...], recorded: TrialRecord) -> _Compared:

@@ -18,6 +18,7 @@ from imitate.learning.reproduce import reproduce
 from imitate.learning.trials import ExecutorFactory, Trials
 from imitate.settings import settings_from_toml
 from imitate.skill import Formulation, Policy, Segment
+from imitate.world.robot_files import located
 
 
 def reproduce_session(
@@ -27,6 +28,7 @@ def reproduce_session(
     factory: ExecutorFactory,
     shift: float | None = None,
     turn: float | None = None,
+    robot: str = "",
 ) -> Iterator[Event]:
     """Runs the options of a session from ``count`` perturbed starts.
 
@@ -37,9 +39,11 @@ def reproduce_session(
         factory: of what runs them.
         shift: m by which each object is moved at most; as the session's settings say otherwise.
         turn: degrees by which each is turned at most, likewise.
+        robot: the TOML file beside which the robot's files are now, if not where they were.
 
     Raises:
         FileError: not a session, or one in which some skill was not learned; names it.
+        SceneError: the robot's files are missing or are not those recorded.
     """
     started: events.SessionStarted | None = None
     segments: tuple[Segment, ...] = ()
@@ -73,6 +77,6 @@ def reproduce_session(
         Option(formulate(demonstration, segments, formulation, settings), policy)
         for formulation, policy in learned.values()
     )
-    with Trials(factory, started.scene, settings) as trials:
+    with Trials(factory, located(started.scene, robot), settings) as trials:
         seeds = np.random.SeedSequence(seed)
         yield from reproduce(demonstration, segments, options, trials, seeds, count)

@@ -24,7 +24,7 @@ from imitate.session.source import Source, Watching, read_source
 from imitate.session.versions import versions
 from imitate.settings import Settings, to_toml
 from imitate.skill import Decision, Segment
-from imitate.world.scene import check_within_reach, scene_of, shown_start
+from imitate.world.scene import check_grasps, check_within_reach, scene_of, shown_start
 
 _REPRODUCTION = 0xA11  # spawn key of the starts of the reproduction, beyond any segment's index
 
@@ -113,6 +113,7 @@ def _opening(request: Request, source: Source) -> Iterator[Event]:
         scene,
         [n for s in segments for n in (*s.abstraction.carried, s.abstraction.reference) if n != TABLE],
     )
+    check_grasps(scene, interpolated(demonstration), segments)
     yield events.SessionStarted(
         source.name, source.hash, request.seed, to_toml(settings), versions(), demonstration, scene
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from pathlib import Path
 from typing import Any
 
 from imitate.world.quiet import quiet
@@ -11,7 +12,7 @@ with quiet(1, 2):  # PyBullet's C code greets on the standard streams, which are
     import pybullet
     import pybullet_data
 
-__all__ = ["Client", "open_client", "pybullet"]
+__all__ = ["Client", "data_path", "open_client", "pybullet"]
 
 
 class Client:
@@ -36,8 +37,13 @@ class Client:
         return joints, links
 
 
+def data_path() -> Path:
+    """The folder of pybullet_data's models."""
+    return Path(pybullet_data.getDataPath())
+
+
 def open_client() -> Client:
     """A new headless server that finds pybullet_data's models."""
     client = Client()
-    client.setAdditionalSearchPath(pybullet_data.getDataPath())
+    client.setAdditionalSearchPath(str(data_path()))
     return client

@@ -60,7 +60,7 @@ class Arm:
 
     def forward(self, base: Array, joints: Array) -> Array:
         """World pose (7,) of the tool-centre point for arm joints (A,) on a base (7,)."""
-        self._put(joints.tolist())
+        self.put(joints.tolist())
         state = self.client.getLinkState(self.body, self.link, computeForwardKinematics=True)
         hand = np.array(state[4] + state[5])
         return compose(base, compose(hand, self.tcp))
@@ -75,7 +75,7 @@ class Arm:
         # PyBullet's solver takes the position of the link's frame, and the turn of its inertia's frame.
         asked = wanted if self._turn[6] == 1 else compose(wanted, self._turn)
         solve, state_of = self.client.calculateInverseKinematics, self.client.getLinkState
-        self._put(seed.tolist())
+        self.put(seed.tolist())
         within = list(zip(self.columns, self.lower.tolist(), self.upper.tolist(), strict=True))
         out = np.empty((len(poses), len(self.joints)))
         reached = np.empty((len(poses), 7))
@@ -90,7 +90,7 @@ class Arm:
                     residualThreshold=1e-5,
                 )
                 joints = [min(max(found[c], low), high) for c, low, high in within]
-                self._put(joints)
+                self.put(joints)
             out[k] = joints
             state = state_of(self.body, self.link, computeForwardKinematics=True)
             reached[k] = state[4] + state[5]
@@ -102,5 +102,6 @@ class Arm:
             margin=margin,
         )
 
-    def _put(self, joints: list[float]) -> None:
+    def put(self, joints: list[float]) -> None:
+        """Moves the arm's joints (A,) there at once."""
         self.client.resetJointStatesMultiDof(self.body, self.joints, [[position] for position in joints])

@@ -10,13 +10,18 @@ from imitate.geometry import Array, from_yaw, resample
 from imitate.settings import World as WorldSettings
 from imitate.world.kinematics import Arm, Solution
 from imitate.world.robot import Robot
+from imitate.world.touching import touching
+
+Place = tuple[Array, Solution]
+"""a base (7,) and the joints along the demonstration from there."""
 
 
 def place_base(robot: Robot, demonstration: Demonstration, settings: WorldSettings) -> tuple[Array, Array]:
     """Where on the table the arm stands, and its joints at the first frame.
 
     Tries a ring of places around the hand's workspace and takes the one that stays farthest from the joint
-    limits while every pose of the hand is reached and no object stands in the base's way.
+    limits while every pose of the hand is reached, no object stands in the base's way, and the arm touches
+    neither itself nor the table.
 
     Returns:
         base (7,) and arm joints (A,).
@@ -34,13 +39,39 @@ def place_base(robot: Robot, demonstration: Demonstration, settings: WorldSettin
             for base in _ring(robot, centre)
             if _clear(base, demonstration, robot.base_clearance)
         ]
+        good = [t for t in tried if _reached(t[1], settings).all() and t[1].margin > settings.joint_margin]
+        if not good:
+            raise _out_of_reach(tried, hand, at, settings)
+        good.sort(key=lambda place: place[1].margin, reverse=True)
+        touches = ""
+        for base, solution in good:
+            touch = _first_touch(arm, (base, solution), at, settings)
+            if not touch:
+                return base, solution.joints[0]
+            touches = touches or touch
     finally:
         arm.close()
-    good = [t for t in tried if _reached(t[1], settings).all() and t[1].margin > settings.joint_margin]
-    if not good:
-        raise _out_of_reach(tried, hand, at, settings)
-    base, solution = max(good, key=lambda t: t[1].margin)
-    return base, solution.joints[0]
+    raise SceneError(
+        f"wherever the arm stands, following the hand makes it touch itself or the table: {touches}. "
+        "Demonstrate with the hand more upright, or choose another robot (--robot)."
+    )
+
+
+def _first_touch(arm: Arm, place: Place, at: Array, settings: WorldSettings) -> str:
+    # What touches first, in words. Shapes are convex hulls: of links whose hulls overlap at rest they tell
+    # nothing.
+    base, solution = place
+    usual = touching(arm, np.array(arm.robot.rest), -base[2])
+    every = max(1, round(settings.reach_rate * settings.touch_interval))
+    names = {number: name for name, number in arm.client.names(arm.body)[1].items()}
+    names |= {-1: "the base", -2: "the table"}
+    for time, joints in zip(at[::every], solution.joints[::every], strict=True):
+        for pair, depth in touching(arm, joints, -base[2]).items():
+            if pair not in usual and depth > settings.touch_tolerance:
+                return (
+                    f"{names[pair[1]]} and {names[pair[0]]} overlap by {depth * 1e3:.0f} mm at {time:.2f} s"
+                )
+    return ""
 
 
 def _ring(robot: Robot, centre: Array) -> list[Array]:
@@ -75,12 +106,13 @@ def _out_of_reach(
     if not bad.any():
         return SceneError(
             "the hand's poses are reached only with a joint at its limit, wherever the arm stands. "
-            "Another robot (setting world.robot) may have the room."
+            "Another robot (--robot) may have the room."
         )
-    k = int(np.argmax(np.where(bad, best.distance, -1)))
+    off = np.maximum(best.distance / settings.reach_tolerance, best.angle / settings.reach_angle)
+    k = int(np.argmax(np.where(bad, off, -1)))
     x, y, z = hand[k, :3]
     return SceneError(
         f"out of reach: the hand's pose at {at[k]:.2f} s, ({x:.3f}, {y:.3f}, {z:.3f}) m above the table, is "
         f"missed by {best.distance[k] * 1e3:.0f} mm and {np.rad2deg(best.angle[k]):.0f}° wherever the arm "
-        "stands. Demonstrate within about 0.6 m, or choose another robot (setting world.robot)."
+        "stands. Demonstrate within about 0.6 m, or choose another robot (--robot)."
     )

@@ -5,16 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from imitate.demonstration import Demonstration
 from imitate.errors import SceneError
-from imitate.geometry import Array
+from imitate.geometry import Array, relative, resample
 from imitate.record import SceneSpec, Start
 from imitate.settings import World as WorldSettings
+from imitate.skill import Segment
 from imitate.world.body import Body, load_body, make_mechanism, pose_body
 from imitate.world.engine import Client, open_client, pybullet
+from imitate.world.gripper import opening
 from imitate.world.mounting import place_base
 from imitate.world.robot import Robot, description_of, parse_robot, robot_of
+from imitate.world.robot_files import recorded_files
 
 
 def scene_of(demonstration: Demonstration, settings: WorldSettings) -> SceneSpec:
@@ -34,11 +38,13 @@ def scene_of(demonstration: Demonstration, settings: WorldSettings) -> SceneSpec
             )
     description = description_of(settings.robot)
     robot = parse_robot(description, settings.robot)
+    files = recorded_files(robot)
     base, joints = place_base(robot, demonstration, settings)
     volumes = np.prod(demonstration.object_sizes, axis=1)
     return SceneSpec(
         robot=settings.robot,
         description=description,
+        robot_files=files if settings.robot.endswith(".toml") else (),
         base=base,
         object_names=demonstration.object_names,
         object_sizes=demonstration.object_sizes,
@@ -60,6 +66,30 @@ def check_within_reach(spec: SceneSpec, names: Iterable[str]) -> None:
                 f"where the arm has to stand to follow the hand, and {spec.robot} reaches {reach:g} m. "
                 "Demonstrate with the objects nearer to each other, or choose another robot (world.robot)."
             )
+
+
+def check_grasps(spec: SceneSpec, demonstration: Demonstration, segments: Iterable[Segment]) -> None:
+    """Raises SceneError when something is held between the fingers that the gripper does not open for.
+
+    Held is what is carried with the hand's origin within it; its width is that of its side that lies
+    along the fingers' opening, the hand's y.
+    """
+    widest = opening(robot_of(spec))
+    t = demonstration.t - demonstration.t[0]
+    for segment in segments:
+        hand = resample(t, demonstration.hand, [segment.start])[0]
+        for name in segment.abstraction.carried:
+            index = spec.object_names.index(name)
+            place = relative(resample(t, demonstration.objects[:, index], [segment.start])[0], hand)
+            size = spec.object_sizes[index]
+            along = Rotation.from_quat(place[3:]).apply([0.0, 1.0, 0.0])
+            width = size[np.argmax(np.abs(along))]
+            if np.all(np.abs(place[:3]) < size / 2) and width > widest:
+                raise SceneError(
+                    f"{name} is {width * 1e3:.0f} mm wide where the hand takes it at {segment.start:.2f} s, "
+                    f"and the gripper of {spec.robot} opens {widest * 1e3:.0f} mm. Take it by a narrower "
+                    "side, or choose another robot (--robot)."
+                )
 
 
 def shown_start(spec: SceneSpec) -> Start:

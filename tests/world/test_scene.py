@@ -10,9 +10,11 @@ from imitate.errors import FileError, SceneError, UnknownNameError
 from imitate.geometry import angle_between
 from imitate.settings import Settings
 from imitate.settings import World as WorldSettings
+from imitate.skill import Abstraction, Segment
 from imitate.world.kinematics import Arm
 from imitate.world.robot import _SHIPPED, load_robot
-from imitate.world.scene import check_within_reach, scene_of
+from imitate.world.scene import check_grasps, check_within_reach, scene_of
+from imitate.world.touching import touching
 
 PANDA = Path(_SHIPPED) / "panda.toml"
 
@@ -71,3 +73,42 @@ def test_a_missing_robots_file_is_said():
 def test_rates_must_divide():
     with pytest.raises(ValueError, match="whole multiple"):
         Settings(world=WorldSettings(physics_rate=240, control_rate=70))
+
+
+def carried_from(demonstration, time):
+    return [Segment(time, demonstration.t[-1], Abstraction(("hand", "cubeA"), "cubeB"), ())]
+
+
+@pytest.mark.parametrize(("width", "robot", "fits"), [(0.07, "panda", True), (0.09, "panda", False)])
+def test_what_is_too_wide_for_the_fingers_is_refused(short_demonstration, width, robot, fits):
+    d = short_demonstration
+    sizes = d.object_sizes.copy()
+    sizes[0] = [width, width, 0.04]
+    spec = scene_of(replace(d, object_sizes=sizes), WorldSettings(robot=robot, reach_rate=2))
+    if fits:
+        check_grasps(spec, d, carried_from(d, 1.0))
+        return
+    with pytest.raises(SceneError, match=r"cubeA is 90 mm wide .* gripper of panda opens 78 mm"):
+        check_grasps(spec, d, carried_from(d, 1.0))
+
+
+def test_what_is_pushed_from_outside_may_be_wider_than_the_gripper_opens(short_demonstration):
+    d = short_demonstration
+    sizes = d.object_sizes.copy()
+    sizes[0] = [0.2, 0.2, 0.04]
+    hand = d.hand.copy()
+    hand[:, :2] += 0.15
+    spec = scene_of(replace(d, object_sizes=sizes), WorldSettings(reach_rate=2))
+    check_grasps(spec, replace(d, hand=hand), carried_from(d, 1.0))
+
+
+def test_an_arm_that_bends_into_itself_or_the_table_touches():
+    arm = Arm(load_robot("iiwa"))
+    rest, folded = np.array(arm.robot.rest), np.array([0, 0.5, 0, -2.09, 0, 2.09, 0])
+    names = {number: name for name, number in arm.client.names(arm.body)[1].items()}
+    apart, folds = touching(arm, rest, 0.0), touching(arm, folded, 0.0)
+    low = touching(arm, np.array([0, 1.9, 0, 0, 0, 0, 0]), 0.0)
+    arm.close()
+    assert not apart
+    assert any("finger" in names[high] and "link" in names[low] for low, high in folds)
+    assert any(first == -2 for first, _ in low)
