@@ -105,7 +105,7 @@ class Segmentation(_Section):
     shortest: float = Field(1 / 6, ge=0)
     """s that a segment lasts at least: 5 frames of a Kinect (ALGORITHMS 2)."""
     touch: float = Field(0.01, ge=0)
-    """m from an object's box within which a hand at rest touches it; what has no known size is not touched."""
+    """m from an object's box within which a resting hand touches it; an unknown size is never touched."""
     visit: float = Field(0.3, gt=0)
     """s that a free hand rests on an object at least, for that to be a reach of its own."""
     rest_speed: float = Field(0.04, ge=0)

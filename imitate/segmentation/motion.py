@@ -13,6 +13,9 @@ from imitate.geometry import Array, conjugate, quaternion_multiply, rotate
 from imitate.segmentation.tracks import Track
 from imitate.settings import Segmentation
 
+TINY = 1e-300
+"""keeps a hand that does not move at all from dividing by zero."""
+
 
 def going_along(t: Array, hand: Track, body: Track, times: Array, settings: Segmentation) -> Array:
     """What each frame says for a body to move with the hand rather than stand still, in nats.
@@ -57,21 +60,31 @@ def _over(
     own, arm = h[last] - h[first], h[first] - o[first]
     moved = o[last] - o[first]
     shaking = 2 / count * (hand.noise**2 + body.noise**2) + settings.slack**2
+    rest = 6 / count * hand.noise**2
     if not np.ptp(paths[:, 10:], axis=0).any():
-        return np.asarray(np.clip(_gain(moved, own) / shaking / 2, -settings.clip, settings.clip))
+        said = _gain(moved, own, rest) / shaking
+        return np.asarray(np.clip(said / 2, -settings.clip, settings.clip))
     turned, turn = (_turn(_unit(at[:, k : k + 4]), first, last) for k in (3, 10))
     turning = 2 / count * body.turn_noise**2
+    said = _gain(moved + rotate(turn, arm) - arm, own, rest) / (shaking + np.sum(arm**2, axis=1) * turning)
     wavering = 2 / count * hand.turn_noise**2 + turning + (settings.slack / settings.hand_radius) ** 2
-    said = _gain(moved + rotate(turn, arm) - arm, own) / (shaking + np.sum(arm**2, axis=1) * turning)
     gain = _angle(turn[:, 3]) ** 2 - _angle(np.sum(turn * turned, axis=1)) ** 2
-    said += np.minimum(gain, _angle(turned[:, 3]) ** 2) / wavering
+    said += _bounded(gain, _angle(turned[:, 3]) ** 2, 6 / count * hand.turn_noise**2) / wavering
     return np.asarray(np.clip(said / 2, -settings.clip, settings.clip))
 
 
-def _gain(moved: Array, own: Array) -> Array:
-    """How much better a displacement (T, 3) fits the hand's ``own`` than none: m², at most ‖own‖²."""
+def _gain(moved: Array, own: Array, rest: float) -> Array:
+    """How much better a displacement (T, 3) fits the hand's ``own`` than none, m²."""
     squared = np.sum(own**2, axis=1)
-    return np.asarray(np.minimum(2 * np.sum(moved * own, axis=1) - squared, squared))
+    return _bounded(2 * np.sum(moved * own, axis=1) - squared, squared, rest)
+
+
+def _bounded(gain: Array, own: Array, rest: float) -> Array:
+    """A gain, at most the hand's own squared displacement, and none where that is ``rest``, all noise.
+
+    Else a hand at rest would speak against what it holds, and a long pause would end a carry.
+    """
+    return np.asarray(np.minimum(gain, own) * np.maximum(0, 1 - rest / np.maximum(own, TINY)))
 
 
 def _turn(q: Array, first: NDArray[np.int_], last: NDArray[np.int_]) -> Array:

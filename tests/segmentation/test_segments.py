@@ -57,7 +57,8 @@ def test_with_a_retreat_there_are_three_skills_as_seen_by_a_slow_noisy_camera(hu
         "⟨{hand, cubeA}, cubeB⟩",
         "⟨{hand}, cubeA⟩",
     ]
-    assert carry.start == pytest.approx(8.6, abs=0.5)
+    # The fingers close at 8.55 s; half a second of the rest before that may belong to the carry.
+    assert 7.95 < carry.start < 9.1
     # The fingers open at 13.5 s; the hand rests until 14.1 s.
     assert 13.4 < carry.end < 14.3
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from showing import CAMERAS, TASKS, film
+from stacking import Stacking, is_right, perform
 
 from imitate.segmentation import segment
 from imitate.settings import load_settings
@@ -27,3 +28,9 @@ def test_cuts_lie_at_the_same_seconds_at_any_frame_rate(task, rate):
         rng = np.random.default_rng(4)
         cuts.append([s.start for s in segment(film(TASKS[task](rng), camera, rng), ROBUST)])
     assert cuts[1] == pytest.approx(cuts[0], abs=0.35)
+
+
+@pytest.mark.parametrize("noise", [0.002, 0.005, 0.008])
+def test_a_long_pause_does_not_end_a_carry(noise):
+    shown, times = perform(Stacking(noise=noise, mid_pause=12.0), np.random.default_rng(5))
+    assert is_right(segment(shown, ROBUST), times, 0.6)
