@@ -1,5 +1,6 @@
 """Replay: nothing differs where nothing was changed, and one unit in the last place is found where it is."""
 
+import shutil
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -10,7 +11,7 @@ import recorded
 import scripted
 
 from imitate.demonstration import Demonstration
-from imitate.errors import FileError
+from imitate.errors import FileError, SceneError
 from imitate.events import SessionStarted, TrialFinished
 from imitate.formats.session_log import SessionWriter
 from imitate.geometry import resample
@@ -18,6 +19,9 @@ from imitate.record import TrialRecord
 from imitate.session.replay import column_names, differences, replay
 from imitate.session.versions import versions
 from imitate.settings import Settings, to_toml
+from imitate.world.engine import data_path
+from imitate.world.robot import description_of, load_robot
+from imitate.world.robot_files import recorded_files
 from imitate.world.scene import World, scene_of, shown_start
 from imitate.world.trial import Simulator
 
@@ -85,6 +89,16 @@ def session(path: Path, started: SessionStarted, trials: list[TrialFinished]) ->
         for event in (started, *trials):
             log.write(event)
     return path
+
+
+def own_robot(folder: Path, started: SessionStarted) -> SessionStarted:
+    """The same session, its Panda described by a file beside a URDF and meshes of one's own."""
+    shutil.copytree(data_path() / "franka_panda", folder)
+    text = description_of("panda").replace("franka_panda/panda.urdf", "panda.urdf")
+    (folder / "mine.toml").write_text(text)
+    name = str(folder / "mine.toml")
+    files = recorded_files(load_robot(name))
+    return replace(started, scene=replace(started.scene, robot=name, description=text, robot_files=files))
 
 
 def nudged(trial: TrialFinished, field: str, index: tuple[int, ...]) -> TrialFinished:
@@ -201,3 +215,25 @@ def test_without_steps_there_is_nothing_to_replay(
     bare = [replace(trial, record=None) for trial in trials]
     with pytest.raises(FileError, match=r"s.mcap: holds no steps of its 3 trials"):
         replay(session(tmp_path / "s.mcap", started, bare))
+
+
+def test_a_robot_of_ones_own_is_replayed_without_its_description_and_after_it_has_moved(
+    tmp_path: Path, started: SessionStarted, trials: list[TrialFinished]
+) -> None:
+    path = session(tmp_path / "s.mcap", own_robot(tmp_path / "arm", started), trials[:1])
+    (tmp_path / "arm" / "mine.toml").unlink()
+    assert replay(path).divergent == 0
+    shutil.move(tmp_path / "arm", tmp_path / "moved")
+    with pytest.raises(SceneError, match="the recorded robot is not here"):
+        replay(path)
+    assert replay(path, robot=str(tmp_path / "moved" / "mine.toml")).divergent == 0
+
+
+def test_a_mesh_that_changed_is_not_replayed(
+    tmp_path: Path, started: SessionStarted, trials: list[TrialFinished]
+) -> None:
+    path = session(tmp_path / "s.mcap", own_robot(tmp_path / "arm", started), trials[:1])
+    mesh = tmp_path / "arm" / "meshes" / "collision" / "finger.obj"
+    mesh.write_text(mesh.read_text() + "\n# changed\n")
+    with pytest.raises(SceneError, match=r"meshes/collision/finger.obj differs; its SHA-256 begins"):
+        replay(path)
