@@ -11,10 +11,13 @@ from imitate.geometry import Array, from_yaw, read_only
 from imitate.perception.particles import anneal
 from imitate.perception.shapes import Float, Mask, Pixels, agreement, box_depth
 
-PARTICLES = 400
-LAYERS = 8
-_FIRST_GUESS = np.array([0.004, 0.004, 0.1, 0.004, 0.004, 0.004])
+PARTICLES, LAYERS = 400, 10
+AFAR, FEW = 3, 700
+"""searches far from the cluster's estimate, and pixels that they are content with."""
+_CLOSE = np.array([0.004, 0.004, 0.1, 0.004, 0.004, 0.004])
 """standard deviations of the cluster's estimate: x, y (m), yaw (rad), sizes (m)."""
+_FAR, _TURNED = np.array([0.15, 0.15, 0.0, 0.25, 0.25, 0.1]), np.array([0.0, 0.0, 0.4, 0.0, 0.0, 0.0])
+"""of a cluster that flying pixels made too long: the same as shares of its size; and how it may be turned."""
 
 
 @dataclass(frozen=True)
@@ -47,13 +50,27 @@ def block_of_cluster(points: Array) -> Block:
 def fit_block(first: Block, pixels: Pixels, own: Mask, noise: float, generator: np.random.Generator) -> Block:
     """The block near ``first``, standing on the table, that agrees best with what was seen.
 
+    Close to ``first``; and, as a few flying pixels make that too long, close to the best far from it.
+
     Args:
         first: from `block_of_cluster`.
-        pixels: of a view without motion, around the block.
+        pixels: of a view without motion, around the block, in no order.
         own: (M,) which of them show the block.
         noise: standard deviation of their depth, metres.
         generator: of the search.
     """
+    few = pixels.where(np.arange(min(FEW, len(own)))), own[:FEW]
+    far = np.maximum(_CLOSE, _FAR * first.size[[1, 1, 1, 0, 1, 2]] + _TURNED)
+    found = [_search(first, *few, noise, far, generator) for _ in range(AFAR)]
+    starts = first, max(found, key=lambda pair: pair[1])[0]
+    fits = [_search(start, pixels, own, noise, _CLOSE, generator) for start in starts]
+    return max(fits, key=lambda pair: pair[1])[0]
+
+
+def _search(
+    first: Block, pixels: Pixels, own: Mask, noise: float, spread: Array, generator: np.random.Generator
+) -> tuple[Block, float]:
+    """The best block around ``first``, and its log-likelihood."""
 
     def block(changes: Array) -> tuple[Array, Array]:
         sizes = np.maximum(first.size + changes[:, 3:], 0.004)
@@ -65,7 +82,6 @@ def fit_block(first: Block, pixels: Pixels, own: Mask, noise: float, generator: 
         poses, sizes = block(changes)
         return agreement(pixels, own, box_depth(pixels, poses, sizes), noise)
 
-    guesses = _FIRST_GUESS * generator.standard_normal((PARTICLES, 6))
-    best = anneal(guesses, score, LAYERS, generator)
+    best = anneal(spread * generator.standard_normal((PARTICLES, 6)), score, LAYERS, generator)
     poses, sizes = block(best.mean[None])
-    return Block(sizes[0], poses[0])
+    return Block(sizes[0], poses[0]), best.score
