@@ -47,8 +47,16 @@ def block_of_cluster(points: Array) -> Block:
     return Block(np.array([*sides, height]), from_yaw([x, y, height / 2], yaw))
 
 
+def upright(block: Block, floor: float, top: float) -> Block:
+    """The same block from ``floor`` to ``top``, metres above the table."""
+    height = max(top - floor, 0.004)
+    size, pose = np.array(block.size), np.array(block.pose)
+    size[2], pose[2] = height, floor + height / 2
+    return Block(size, pose)
+
+
 def fit_block(first: Block, pixels: Pixels, own: Mask, noise: float, generator: np.random.Generator) -> Block:
-    """The block near ``first``, standing on the table, that agrees best with what was seen.
+    """The block near ``first``, standing as high as that, that agrees best with what was seen.
 
     Close to ``first``; and, as a few flying pixels make that too long, close to the best far from it.
 
@@ -71,10 +79,11 @@ def _search(
     first: Block, pixels: Pixels, own: Mask, noise: float, spread: Array, generator: np.random.Generator
 ) -> tuple[Block, float]:
     """The best block around ``first``, and its log-likelihood."""
+    floor = first.pose[2] - first.size[2] / 2
 
     def block(changes: Array) -> tuple[Array, Array]:
         sizes = np.maximum(first.size + changes[:, 3:], 0.004)
-        positions = np.concatenate([first.pose[:2] + changes[:, :2], sizes[:, 2:] / 2], axis=1)
+        positions = np.concatenate([first.pose[:2] + changes[:, :2], floor + sizes[:, 2:] / 2], axis=1)
         yaws = 2 * np.arctan2(first.pose[5], first.pose[6]) + changes[:, 2]
         return from_yaw(positions, yaws), sizes
 

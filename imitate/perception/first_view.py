@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from imitate.geometry import Array, read_only
-from imitate.perception.block import Block, block_of_cluster, fit_block
+from imitate.perception.block import Block, block_of_cluster, fit_block, upright
 from imitate.perception.colour import HUES, dominant_hue
 from imitate.perception.doubt import EDGE, doubt, size_deviation
 from imitate.perception.fingers import FingerColours, finger_colours, worn
-from imitate.perception.shapes import Float, Mask, Pixels, box_depth
+from imitate.perception.shapes import Float, Pixels, box_depth
+from imitate.perception.stacks import parts_by_hue
 from imitate.perception.tabletop import GATE, Table, find_table
 from imitate.perception.things import find_things, on_table, spacing
 from imitate.settings import Perception
@@ -106,14 +107,18 @@ def first_view(
     placed = table.placed(points[seen])
     pixels = _pixels(placed, points[seen], hue[seen], table)
     found = []
-    for part in find_things(points[free], table):
-        own = free[part]
-        found.append(("object" if colour is None else dominant_hue(hue[own]), own))
-    found.sort(key=lambda pair: pair[0])
-    objects = []
-    for k, (name, own) in enumerate(found):
+    for thing in find_things(points[free], table):
+        whole = free[thing]
+        for part in parts_by_hue(table.placed(points[whole]), hue[whole]):
+            own = whole[part.points]
+            found.append(("object" if colour is None else dominant_hue(hue[own]), own, whole, part.floor))
+    found.sort(key=lambda one: one[0])
+    for k, (_, own, _, _) in enumerate(found):
         labels[own] = k + 1
-        objects.append(_measured(name, pixels, labels[seen] == k + 1, table, settings, generator))
+    objects = []
+    for k, (name, _, whole, floor) in enumerate(found):
+        rough = block_of_cluster(table.placed(points[whole]))
+        objects.append(_measured(name, pixels, labels[seen], k + 1, rough, floor, table, settings, generator))
     return FirstView(table, tuple(_numbered(objects)), labels)
 
 
@@ -138,18 +143,27 @@ def _pixels(placed: Array, points: Array, hue: Float, table: Table) -> Pixels:
 
 
 def _measured(
-    name: str, pixels: Pixels, own: Mask, table: Table, settings: Perception, generator: np.random.Generator
+    name: str,
+    pixels: Pixels,
+    labels: NDArray[np.int32],
+    label: int,
+    rough: Block,
+    floor: float,
+    table: Table,
+    settings: Perception,
+    generator: np.random.Generator,
 ) -> SeenObject:
-    rough = block_of_cluster(pixels.points()[own])
+    own = labels == label
+    rough = upright(rough, floor, float(np.sort(pixels.points()[own, 2])[-3:].mean()))
     depth = np.median(pixels.depth[own]).astype(float)
     noise, edge = float(table.noise(depth)), EDGE * table.scatter * depth
     around = np.isfinite(box_depth(pixels, rough.pose[None], rough.size + 2 * AROUND)[0])
     near = generator.permutation(np.flatnonzero(around))[: 4 * settings.pixels]
     tree = cKDTree(pixels.points()[own])
     tolerance = GATE * noise + spacing(np.asarray(tree.data))
-    # Where a thing meets the table, or another thing, a pixel could be either's: it is no evidence.
+    # Where a thing meets the table a pixel could be either's: it is no evidence.
     away, _ = tree.query(pixels.where(near).points(), distance_upper_bound=tolerance)
-    near = near[own[near] | ~np.isfinite(away)]
+    near = near[(labels[near] > 0) | ~np.isfinite(away)]
     clear, mine = pixels.where(near), own[near]
     block = fit_block(rough, clear, mine, noise, generator)
     reason = doubt(block, clear, mine, tolerance)
