@@ -55,7 +55,14 @@ def upright(block: Block, floor: float, top: float) -> Block:
     return Block(size, pose)
 
 
-def fit_block(first: Block, pixels: Pixels, own: Mask, noise: float, generator: np.random.Generator) -> Block:
+def fit_block(
+    first: Block,
+    pixels: Pixels,
+    own: Mask,
+    noise: float,
+    generator: np.random.Generator,
+    covered: bool = False,
+) -> Block:
     """The block near ``first``, standing as high as that, that agrees best with what was seen.
 
     Close to ``first``; and, as a few flying pixels make that too long, close to the best far from it.
@@ -66,7 +73,10 @@ def fit_block(first: Block, pixels: Pixels, own: Mask, noise: float, generator: 
         own: (M,) which of them show the block.
         noise: standard deviation of their depth, metres.
         generator: of the search.
+        covered: by another block, so that most of its faces cannot be seen and ``first`` must be trusted.
     """
+    if covered:
+        return _search(first, pixels, own, noise, _CLOSE, generator)[0]
     few = pixels.where(np.arange(min(FEW, len(own)))), own[:FEW]
     far = np.maximum(_CLOSE, _FAR * first.size[[1, 1, 1, 0, 1, 2]] + _TURNED)
     found = [_search(first, *few, noise, far, generator) for _ in range(AFAR)]

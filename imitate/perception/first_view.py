@@ -15,9 +15,9 @@ from imitate.perception.colour import HUES, dominant_hue
 from imitate.perception.doubt import EDGE, doubt, size_deviation
 from imitate.perception.fingers import FingerColours, finger_colours, worn
 from imitate.perception.shapes import Float, Pixels, box_depth
-from imitate.perception.stacks import parts_by_hue
+from imitate.perception.stacks import Part, parts_by_hue
 from imitate.perception.tabletop import GATE, Table, find_table
-from imitate.perception.things import find_things, on_table, spacing
+from imitate.perception.things import dense, find_things, on_table, spacing
 from imitate.settings import Perception
 
 AROUND = 0.07
@@ -111,14 +111,14 @@ def first_view(
         whole = free[thing]
         for part in parts_by_hue(table.placed(points[whole]), hue[whole]):
             own = whole[part.points]
-            found.append(("object" if colour is None else dominant_hue(hue[own]), own, whole, part.floor))
+            found.append(("object" if colour is None else dominant_hue(hue[own]), own, whole, part))
     found.sort(key=lambda one: one[0])
     for k, (_, own, _, _) in enumerate(found):
         labels[own] = k + 1
     objects = []
-    for k, (name, _, whole, floor) in enumerate(found):
-        rough = block_of_cluster(table.placed(points[whole]))
-        objects.append(_measured(name, pixels, labels[seen], k + 1, rough, floor, table, settings, generator))
+    for k, (name, _, whole, part) in enumerate(found):
+        rough = block_of_cluster(dense(table.placed(points[whole])))
+        objects.append(_measured(name, pixels, labels[seen], k + 1, rough, part, table, settings, generator))
     return FirstView(table, tuple(_numbered(objects)), labels)
 
 
@@ -148,13 +148,13 @@ def _measured(
     labels: NDArray[np.int32],
     label: int,
     rough: Block,
-    floor: float,
+    part: Part,
     table: Table,
     settings: Perception,
     generator: np.random.Generator,
 ) -> SeenObject:
     own = labels == label
-    rough = upright(rough, floor, float(np.sort(pixels.points()[own, 2])[-3:].mean()))
+    rough = upright(rough, part.floor, float(np.sort(pixels.points()[own, 2])[-3:].mean()))
     depth = np.median(pixels.depth[own]).astype(float)
     noise, edge = float(table.noise(depth)), EDGE * table.scatter * depth
     around = np.isfinite(box_depth(pixels, rough.pose[None], rough.size + 2 * AROUND)[0])
@@ -165,7 +165,7 @@ def _measured(
     away, _ = tree.query(pixels.where(near).points(), distance_upper_bound=tolerance)
     near = near[(labels[near] > 0) | ~np.isfinite(away)]
     clear, mine = pixels.where(near), own[near]
-    block = fit_block(rough, clear, mine, noise, generator)
+    block = fit_block(rough, clear, mine, noise, generator, part.covered)
     reason = doubt(block, clear, mine, tolerance)
     deviation = size_deviation(block, clear, mine, noise, edge)
     return SeenObject(name, block, deviation, bool(reason), reason, int(own.sum()))

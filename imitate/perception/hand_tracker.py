@@ -93,12 +93,12 @@ class HandTracker:
         shown = hand_of_pixels(pixels, self._settings, before)
         if shown is None:
             return None
-        guesses = np.zeros((1, 7))
-        if before is not None:
-            guesses = np.concatenate(
-                [self._guesses(view.frame.t), _change(before, shown, self._origin)[None]]
-            )
-        return self._search(view, before or shown, guesses, FAR, 1.0, generator)
+        here = np.zeros((1, 7))
+        if before is None:  # nothing but the pixels to start from: twice
+            first, _ = self._search(view, shown, here, FAR, 1.0, generator)
+            return self._search(view, first, here, FAR, 1.0, generator)
+        guesses = np.concatenate([self._guesses(view.frame.t), _change(before, shown, self._origin)[None]])
+        return self._search(view, before, guesses, FAR, 1.0, generator)
 
     def _search(
         self,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -24,10 +24,11 @@ STANDING = 0.02
 
 @dataclass(frozen=True)
 class Part:
-    """A part of one colour: indices of its points, and the height in metres of what it stands on."""
+    """A part of one colour: indices of its points, the height it stands on, metres; whether one is on it."""
 
     points: NDArray[np.intp]
     floor: float
+    covered: bool
 
 
 def parts_by_hue(points: Array, hue: Float) -> list[Part]:
@@ -37,7 +38,7 @@ def parts_by_hue(points: Array, hue: Float) -> list[Part]:
         points: (N, 3) of one thing in the table's frame, metres.
         hue: (N,) degrees, NaN where grey.
     """
-    whole = [Part(np.arange(len(points)), 0.0)]
+    whole = [Part(np.arange(len(points)), 0.0, False)]
     colours = _colours(hue)
     if not all(_apart(points[a], points[b]) for a, b in combinations(colours, 2)) or len(colours) < 2:
         return whole
@@ -47,12 +48,16 @@ def parts_by_hue(points: Array, hue: Float) -> list[Part]:
     owner[~coloured] = owner[coloured][nearest]
     parts = [np.flatnonzero(owner == k) for k in range(len(colours))]
     low, high = ([np.percentile(points[part, 2], share) for part in parts] for share in (2, 98))
-    found = []
-    for k in np.argsort(low, kind="stable"):
-        below = [high[j] for j in range(len(parts)) if j != k and low[j] < low[k]]
-        stands = low[k] > STANDING and below
-        floor = (low[k] + min(below, key=lambda top: abs(top - low[k]))) / 2 if stands else 0.0
-        found.append(Part(parts[k], float(floor)))
+    found: list[Part] = []
+    order = np.argsort(low, kind="stable")
+    for place, k in enumerate(order.tolist()):
+        below = [high[j] for j in order[:place]]
+        if not below or low[k] <= STANDING:
+            found.append(Part(parts[k], 0.0, False))
+            continue
+        under = int(np.argmin(np.abs(np.array(below) - low[k])))
+        found[under] = replace(found[under], covered=True)
+        found.append(Part(parts[k], float(low[k] + below[under]) / 2, False))
     return found
 
 

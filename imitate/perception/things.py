@@ -20,6 +20,8 @@ ABOVE = 0.005
 """m above the table, likewise, where the noise is less."""
 HOVER = 0.02
 """m between the table and the lowest seen point of something that may hover."""
+LONELY = 0.35
+"""share of the usual number of neighbours, below which a point may be a flying pixel."""
 AREA = 0.0004
 """m² of visible surface of the smallest thing."""
 
@@ -31,6 +33,14 @@ def spacing(points: Array) -> float:
     some = points[:: max(1, len(points) // 500)]
     away, _ = cKDTree(points).query(some, k=2)
     return float(np.median(np.asarray(away)[:, 1]))
+
+
+def dense(points: Array) -> Array:
+    """Those points (N, 3) of a thing that have neighbours as its others have: flying pixels have few."""
+    if len(points) < 2:
+        return points
+    counts = cKDTree(points).query_ball_point(points, 3 * spacing(points), return_length=True)
+    return np.asarray(points[counts > LONELY * np.median(counts)])
 
 
 def find_things(points: Array, table: Table) -> list[NDArray[np.intp]]:
