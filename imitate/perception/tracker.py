@@ -49,6 +49,8 @@ SURE = 12
 SELDOM = 5
 SOLID = 0.7
 """share of its pixels that must agree with a box in the first frame, else its surface is followed instead."""
+HALF, PROOF = 0.5, 12.0
+"""share of a resting block's outline below which a movement needs proof: log-likelihood that it gains."""
 TOUCH = 0.015
 """m between the hand's tool-centre point and a block that it may move."""
 LOW, LEANING = 0.006, 0.05
@@ -141,6 +143,7 @@ class BlockTracker:
             best = self._anywhere(view, others, generator) or best
         if not self._is_shown(best.fit):
             return self._lose(guesses)
+        best = self._stayed(best) or best
         self._accept(best, guesses, view.frame.t)
         return Sight(np.array(self._pose), self._confidence(best.fit))
 
@@ -197,6 +200,14 @@ class BlockTracker:
             return None
         here = _Guess(self._pose, evidence.fit(self._pose), evidence)
         return here if not self._usual.is_worse(here.fit.score) else None
+
+    def _stayed(self, best: _Guess) -> _Guess | None:
+        """The block where it rested, if it is half hidden and the rest of it hardly speaks for a movement."""
+        if self._lost or self._rest.frames < SURE or best.fit.visible > HALF:
+            return None
+        here = _Guess(self._pose, best.evidence.fit(self._pose), best.evidence)
+        gain = (best.fit.score - here.fit.score) * best.evidence.count
+        return here if gain < PROOF and self._is_shown(here.fit) else None
 
     def _narrow(
         self, evidence: BoxEvidence | SurfaceEvidence, guesses: Array, generator: np.random.Generator
