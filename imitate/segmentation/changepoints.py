@@ -26,6 +26,8 @@ the other start to the same end, whatever the end; +inf where no bound is known.
 
 BLOCK = 64
 """ends that are scored together: numpy's calls, not its arithmetic, are what short blocks cost."""
+PAIRS = 2**18
+"""of start and end that are scored together at most, which bounds memory where no start is left out."""
 MARGIN = 25.0
 """nats by which a start is beaten before sums leave it out: what it would add is less than 1e-10 of them."""
 RIVALS = 64
@@ -91,11 +93,14 @@ class Lattice:
             margin: nats by which a start is to be beaten before it is left out.
         """
         alive = np.zeros(1, np.intp)
-        for first in range(1, self.frames + 1, BLOCK):
-            ends = np.arange(first, min(first + BLOCK, self.frames + 1))
+        first = 1
+        while first <= self.frames:
+            size = max(1, min(BLOCK, PAIRS // len(alive)))
+            ends = np.arange(first, min(first + size, self.frames + 1))
             starts = np.append(alive, ends)
             yield self.block(ends, starts)
-            alive = self._useful(starts[value[starts] > -np.inf], value, int(ends[-1]) + 1, margin)
+            first = int(ends[-1]) + 1
+            alive = self._useful(starts[value[starts] > -np.inf], value, first, margin)
 
     def _useful(self, starts: Frames, value: Array, end: int, margin: float) -> Frames:
         """Starts that may still win at ``end`` or later."""

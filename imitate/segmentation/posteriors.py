@@ -22,7 +22,9 @@ from imitate.settings import Segmentation
 from imitate.skill import Segment
 
 REACH = 10.0
-"""s from a boundary to the farthest place at which its change is looked for."""
+"""s from a boundary to the farthest place at which its change is looked for …"""
+REACH_FRAMES = 1000
+"""… but no more than these frames, which bounds memory."""
 
 
 @dataclass(frozen=True)
@@ -126,7 +128,8 @@ def boundary_posteriors(
     """
     lattice = lattice_of(score, settings)
     least = min(lattice.shortest, *np.diff(cuts).tolist())
-    places = _places(cuts, least, round(REACH * (len(score.times) - 1) / score.times[-1]))
+    a_second = (len(score.times) - 1) / score.times[-1]
+    places = _places(cuts, least, min(round(REACH * a_second), REACH_FRAMES))
 
     def worth(k: int) -> Array:
         """(E, S) log score of segment k between the places of its two cuts."""
