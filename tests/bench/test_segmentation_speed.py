@@ -2,8 +2,8 @@
 
 Run: pytest -m bench -s tests/bench/test_segmentation_speed.py
 Seconds are of this process's own work (CPU): other programs on the machine do not count. ruptures sees the
-hand's position relative to each object, and cuts where its mean changes, in the middle of moves: as quick, but
-the answer to another question. At 10,000 frames and more its exact searches take too long.
+hand's position relative to each object, and cuts where its mean changes, in the middle of moves: as quick,
+but the answer to another question. At 10,000 frames and more its exact searches take too long.
 """
 
 import subprocess
