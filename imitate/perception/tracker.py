@@ -266,7 +266,11 @@ class BlockTracker:
             pose[:3] = middle - [0, 0, self._size.min() / 4]  # most of what is seen is its top
             evidence = self._look(view, pose[None, :3], others)
             found.append(self._search(evidence, pose, YAWS, FOUND, 2.0, generator))
-        return max(found, key=lambda guess: guess.fit.shown * guess.fit.agreement, default=None)
+        if not found:
+            return None
+        best = max(found, key=lambda guess: guess.fit.shown * guess.fit.agreement)
+        evidence = self._look(view, best.pose[None, :3], others)
+        return self._search(evidence, best.pose, np.zeros((1, 6)), MOVING, 1.0, generator)
 
     def _is_shown(self, fit: Fit) -> bool:
         agreeing = self._usual.relative(fit.agreement) >= AGREEING
