@@ -1,6 +1,6 @@
 """Films of made-up tasks by seed, and how far an observation is from what was filmed."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -24,18 +24,18 @@ TOLERANCE = 0.5
 """s between a boundary and the right one, at most."""
 
 
-def plan(task: str, seed: int, width: int = 640, height: int = 480, rate: float = 20) -> Film:
-    """A task from anywhere, in any room, through a Kinect; all by the seed."""
+def plan(task: str, seed: int, arm: bool = False, rate: float = 20) -> Film:
+    """A task from anywhere, in any room, through a Kinect of 640×480; all by the seed."""
     generator = np.random.default_rng([sorted(TASKS).index(task), seed])
-    viewpoint, look = draw_viewpoint(generator), draw_look(generator)
-    return plan_film(make_up(task, seed), width, height, rate, viewpoint, KINECT, look)
+    viewpoint, look = draw_viewpoint(generator), replace(draw_look(generator), arm=arm)
+    return plan_film(make_up(task, seed), 640, 480, rate, viewpoint, KINECT, look)
 
 
-def film_to(folder: Path, task: str, seed: int) -> Path:
+def film_to(folder: Path, task: str, seed: int, arm: bool = False) -> Path:
     """The recording of a task, filmed unless it is in the folder already."""
-    path = folder / f"{task}-{seed}.mcap"
+    path = folder / f"{task}-{seed}{'-arm' if arm else ''}.mcap"
     if not path.exists():
-        planned = plan(task, seed)
+        planned = plan(task, seed, arm)
         write_recording(path, planned.camera.intrinsics, film(planned, Perception(), seed))
     return path
 

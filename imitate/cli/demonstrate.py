@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -47,6 +48,9 @@ def demonstrate(
         str,
         typer.Option("--room", metavar="plain|any", help="Bare, or lamps, wood and wall by the seed."),
     ] = "plain",
+    arm: Annotated[
+        bool, typer.Option("--arm", help="A bare hand and a sleeve go with the two coloured fingers.")
+    ] = False,
     truth: Annotated[
         Path | None,
         typer.Option(
@@ -91,7 +95,7 @@ def demonstrate(
         raise UnknownNameError("room", room, ("plain", "any"))
     generator = np.random.default_rng(seed)
     place = _viewpoint(viewpoint, generator)
-    look = draw_look(generator) if room == "any" else Look()
+    look = replace(draw_look(generator) if room == "any" else Look(), arm=arm)
     plan = plan_film(shown, width, height, rate, place, SENSORS[sensor], look)
     if truth:
         write_demonstration(plan.performance.demonstration, truth, force)

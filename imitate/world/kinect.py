@@ -17,11 +17,11 @@ NEAR, FAR = 0.2, 4.0
 """m, the range in which something is drawn."""
 LAMP = 2.5
 """m from what it lights to a lamp whose shadows are drawn."""
-LAMP_PIXELS = 256
+LAMP_PIXELS = 320
 """sides of the picture that is drawn from the lamp's place."""
-SPARSE = 29
-"""of so many points one is looked at to find where the lamp has to look."""
-BIAS = 0.006
+SPOT = 0.6
+"""m around what it is aimed at that a lamp's shadows are drawn in."""
+BIAS = 0.01
 """m behind what the lamp sees first, from which a point lies in shadow."""
 
 Window = tuple[int, int, int, int]
@@ -90,8 +90,22 @@ def take(
     return RgbdFrame(t, colour, read_depth(view.depth, colour, camera.intrinsics, sensor, generator))
 
 
-def render(client: int, camera: Camera, lights: tuple[Light, ...], window: Window | None = None) -> View:
-    """What an ideal camera sees, in the whole picture or in a window of it; the mean over the lights."""
+def render(
+    client: int,
+    camera: Camera,
+    lights: tuple[Light, ...],
+    window: Window | None = None,
+    aim: Array | None = None,
+) -> View:
+    """What an ideal camera sees, the mean over the lights.
+
+    Args:
+        client: PyBullet's.
+        camera: which.
+        lights: at least one.
+        window: the part of the picture that is drawn; None: all of it.
+        aim: (3,) what the lamps' shadows are drawn around; None: no shadows.
+    """
     i = camera.intrinsics
     left, upper, right, lower = window or (0, 0, i.width, i.height)
     part = Intrinsics(right - left, lower - upper, i.fx, i.fy, i.cx - left, i.cy - upper)
@@ -100,8 +114,8 @@ def render(client: int, camera: Camera, lights: tuple[Light, ...], window: Windo
     total = np.zeros_like(views[0].colour)
     for light, view in zip(lights, views, strict=True):
         total += view.colour
-        if light.shade < 1:
-            hidden = _in_shadow(client, _points(inner, view.depth), light)
+        if light.shade < 1 and aim is not None:
+            hidden = _in_shadow(client, _points(inner, view.depth), light, aim)
             total[hidden] -= np.float32(1 - light.shade) * view.colour[hidden]
     return View(total / np.float32(len(lights)), views[0].depth, views[0].body)
 
@@ -126,16 +140,14 @@ def bodies_seen(client: int, camera: Camera) -> NDArray[np.int32]:
     return _draw(client, camera, Light()).body
 
 
-def _in_shadow(client: int, points: Array, light: Light) -> NDArray[np.bool_]:
+def _in_shadow(client: int, points: Array, light: Light, aim: Array) -> NDArray[np.bool_]:
     """Which points (H, W, 3) the lamp does not reach: from its place something else is seen before them."""
     near = points.reshape(-1, 3)
-    low, high = np.percentile(near[::SPARSE], [1, 99], axis=0)
-    middle, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
-    towards = np.array(light.direction) / np.linalg.norm(light.direction)
     half = LAMP_PIXELS / 2
-    focal = half * LAMP / max(radius, 0.05)
+    focal = half * LAMP / SPOT
     i = Intrinsics(LAMP_PIXELS, LAMP_PIXELS, focal, focal, half - 0.5, half - 0.5)
-    lamp = Camera(i, looking_at(middle + LAMP * towards, middle))
+    towards = np.array(light.direction) / np.linalg.norm(light.direction)
+    lamp = Camera(i, looking_at(aim + LAMP * towards, aim))
     first = _draw(client, lamp, light).depth
     column, row, depth = np.moveaxis(project(lamp, near), -1, 0)
     u, v = np.round(column).astype(int), np.round(row).astype(int)

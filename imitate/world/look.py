@@ -25,6 +25,7 @@ class Look:
         grain: contrast of the table's texture, 0: none.
         wall: metres from the middle of the performance to a wall behind it; 0: none.
         seed: of the texture.
+        arm: whether a bare hand and a sleeve go with the fingers.
     """
 
     lights: tuple[Light, ...] = (Light(),)
@@ -32,6 +33,7 @@ class Look:
     grain: float = 0.0
     wall: float = 0.0
     seed: int = 0
+    arm: bool = False
 
 
 def draw_look(generator: np.random.Generator) -> Look:

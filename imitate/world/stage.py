@@ -5,9 +5,9 @@ from __future__ import annotations
 import colorsys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from imitate.errors import SceneError
 from imitate.geometry import IDENTITY, Array, compose
@@ -32,6 +32,12 @@ LEAST = 8
 """pixels, the least side of what is drawn."""
 SIDES = (-1, 1)
 """left and right finger, along the hand's y."""
+PALM, FOREARM = (0.03, 0.085, 0.08), (0.07, 0.08, 0.3)
+"""m: thickness, width and length."""
+ELBOW = (0.8, 0.0, 0.6)
+"""from the wrist: towards a person opposite the camera, and up."""
+SKIN, SLEEVE = (0.80, 0.60, 0.48), (0.25, 0.27, 0.33)
+"""red, green, blue 0…1."""
 FACETS = 36
 """of a finger's cylinder."""
 FLOOR = 0.75
@@ -55,7 +61,7 @@ class Stage:
             turn = np.arctan2(ahead[1], ahead[0])
             wall = _block(client, (0.02, 6, 3), tuple(place), (0.75, 0.74, 0.7))
             _put(client, wall, np.array([*place, 0, 0, np.sin(turn / 2), np.cos(turn / 2)]))
-        self._still = render(client, camera, tuple(replace(light, shade=1) for light in look.lights))
+        self._still = render(client, camera, look.lights, None, middle(performance))
         self._texture = grain(camera, self._still.depth, look)
         self._objects = [
             (_tray if name in performance.hollow else _block)(client, size, (0, 0, -9), _paint(paint))
@@ -63,6 +69,8 @@ class Stage:
         ]
         hues = hand.left_finger, hand.right_finger
         self._fingers = [_cylinder(client, hand, _paint(hue)) for hue in hues]
+        parts = ((PALM, SKIN), (FOREARM, SLEEVE)) if look.arm else ()
+        self._arm = [_block(client, size, (0, 0, -9), colour) for size, colour in parts]
 
     def place(self, k: int) -> None:
         """Everything where it is in frame ``k`` of the performance."""
@@ -70,12 +78,14 @@ class Stage:
             _put(self._client, body, pose)
         for body, side in zip(self._fingers, SIDES, strict=True):
             _put(self._client, body, self._finger(k, side))
+        for body, pose in zip(self._arm, self._arm_poses(k), strict=True):
+            _put(self._client, body, pose)
 
     def view(self, k: int) -> View:
         """What an ideal camera sees in frame ``k``: drawn around what may have moved, the rest as before."""
         self.place(k)
         left, upper, right, lower = window = self._window(k)
-        part = render(self._client, self._camera, self._look.lights, window)
+        part = render(self._client, self._camera, self._look.lights, window, middle(self._performance))
         still = self._still
         colour, depth, body = still.colour.copy(), still.depth.copy(), still.body.copy()
         inside = np.s_[upper:lower, left:right]
@@ -100,7 +110,7 @@ class Stage:
         whole = []
         for group in groups:
             self.place(k)
-            for body in (*self._fingers, *self._objects):
+            for body in (*self._fingers, *self._objects, *self._arm):
                 if body not in group:
                     _put(self._client, body, AWAY)
             whole.append(np.isin(bodies_seen(self._client, camera), group).sum())
@@ -113,11 +123,25 @@ class Stage:
         pose[1:3] = side * (opening / 2 + self._hand.finger_radius), -self._hand.finger_length / 2
         return compose(self._performance.demonstration.hand[k], pose)
 
+    def _arm_poses(self, k: int) -> list[Array]:
+        """Palm and forearm in frame ``k``: behind the fingers, and from there back to a person opposite."""
+        if not self._arm:
+            return []
+        hand = self._performance.demonstration.hand[k]
+        back = -self._hand.finger_length
+        palm = compose(hand, [0, 0, back - PALM[2] / 2, 0, 0, 0, 1])
+        wrist = compose(hand, [0, 0, back - PALM[2], 0, 0, 0, 1])[:3]
+        turn = Rotation.align_vectors([ELBOW, [0, 1, 0]], [[0, 0, 1], [0, 1, 0]])[0]
+        elbow = np.array(ELBOW) / np.linalg.norm(ELBOW)
+        return [palm, np.concatenate([wrist + FOREARM[2] / 2 * elbow, turn.as_quat()])]
+
     def _window(self, k: int) -> Window:
-        """Around every object and finger of frame ``k`` and their shadows on the table."""
+        """Around every object, finger and arm of frame ``k`` and their shadows on the table."""
         d, i = self._performance.demonstration, self._camera.intrinsics
-        centres = np.concatenate([d.objects[k], [self._finger(k, side) for side in SIDES]])[:, :3]
+        hand = [*(self._finger(k, side) for side in SIDES), *self._arm_poses(k)]
+        centres = np.concatenate([d.objects[k], hand])[:, :3]
         lengths = [self._hand.finger_length + 0.02] * 2
+        lengths += [float(np.linalg.norm(size)) for size in (PALM, FOREARM)[: len(self._arm)]]
         radii = np.append(np.linalg.norm(d.object_sizes, axis=1), lengths) / 2
         spots, reach = [centres], [radii]
         for light in self._look.lights:

@@ -102,6 +102,18 @@ def test_shares_in_view_tell_what_hides_what():
     assert len(d.t) > held
 
 
+def test_an_arm_goes_with_the_fingers_and_hides_what_is_behind_it():
+    bare, armed = planned(), planned(look=Look(arm=True))
+    for k in (0, 6):
+        first, second = (list(film(plan, HAND, 0))[k] for plan in (bare, armed))
+        more = second.depth < first.depth - 0.02
+        assert 150 < more.sum() < 0.3 * more.size
+        skin = np.abs(second.colour.astype(int) - [160, 120, 95]).max(axis=-1) < 60
+        assert (skin & more).sum() > 20
+    shares = [visible(plan, HAND, np.array([0]))[0, 0] for plan in (bare, armed)]
+    assert 0.6 < shares[1] <= shares[0]
+
+
 def test_rooms_are_drawn_by_seed():
     one, same, other = (draw_look(np.random.default_rng(seed)) for seed in (0, 0, 1))
     assert one == same != other
