@@ -9,10 +9,9 @@ from imitate.geometry import Array, compose
 from imitate.perception.block import Block
 from imitate.perception.shapes import Mask, Pixels, agreement, box_depth
 
-OUTSIDE = 0.1
-"""share of a thing's points off the block's faces, from which one block does not account for them."""
-THROUGH = 0.1
-"""pixels that see through the block, as a share of those that show it, likewise."""
+UNEXPLAINED = 0.1
+"""points off the block's faces and pixels that see through it, as a share of a thing's points, from which one
+block does not account for them: up to 0.06 in a Kinect's views of single boxes."""
 STEPS = np.array([0.0005, 0.001, 0.002, 0.004, 0.008, 0.016, 0.032, 0.064])
 """m by which a face is moved to see whether that contradicts what was seen."""
 EDGE = 1.5 / 525
@@ -40,13 +39,12 @@ def doubt(block: Block, pixels: Pixels, own: Mask, tolerance: float) -> str:
         tolerance: metres, what noise and the pixels' width explain.
     """
     away = np.abs(off_faces(block, pixels.points()[own]))
-    outside = float(np.mean(away > tolerance))
-    if outside > OUTSIDE:
+    outside, through = float(np.mean(away > tolerance)), seen_through(block, pixels, own, tolerance)
+    if outside + through < UNEXPLAINED:
+        return ""
+    if outside > through:
         return f"{outside:.0%} of its points lie off the faces of one block"
-    through = seen_through(block, pixels, own, tolerance)
-    if through > THROUGH:
-        return f"the table or something else is seen where one block would be, in {through:.0%} of its pixels"
-    return ""
+    return f"the table or something else is seen where one block would be, in {through:.0%} of its pixels"
 
 
 def seen_through(block: Block, pixels: Pixels, own: Mask, tolerance: float) -> float:

@@ -98,11 +98,13 @@ def worn(points: Array, sides: NDArray[np.int8], settings: Perception, noise: fl
             piece = own[part]
             if len(piece) < FEWEST or not is_finger(points[piece], settings, noise):
                 continue
-            away, _ = cKDTree(points[piece]).query(points, distance_upper_bound=1.5 * settings.finger_radius)
-            others = np.isfinite(away) & (sides == 0)
-            if others.sum() < len(piece):
+            reach = 1.5 * settings.finger_radius
+            low, high = points[piece].min(axis=0) - reach, points[piece].max(axis=0) + reach
+            around = np.flatnonzero(np.all((points > low) & (points < high), axis=1) & (sides == 0))
+            away, _ = cKDTree(points[piece]).query(points[around], distance_upper_bound=reach)
+            if np.isfinite(away).sum() < len(piece):
                 belongs[piece] = True
-                belongs |= others & (away < settings.finger_radius / 2)
+                belongs[around[away < settings.finger_radius / 2]] = True
     return belongs
 
 

@@ -7,21 +7,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from imitate.geometry import Array, read_only
-from imitate.perception.block import Block, block_of_cluster, fit_block, upright
+from imitate.perception.block import Block
 from imitate.perception.colour import HUES, dominant_hue
-from imitate.perception.doubt import EDGE, doubt, size_deviation
+from imitate.perception.explain import Explained, explain, joined
 from imitate.perception.fingers import FingerColours, finger_colours, worn
-from imitate.perception.shapes import Float, Pixels, box_depth
-from imitate.perception.stacks import Part, parts_by_hue
-from imitate.perception.tabletop import GATE, Table, find_table
-from imitate.perception.things import dense, find_things, on_table, spacing
+from imitate.perception.shapes import Float, Pixels
+from imitate.perception.stacks import parts_by_hue
+from imitate.perception.tabletop import Table, find_table
+from imitate.perception.things import find_things, hovers, on_table
 from imitate.settings import Perception
-
-AROUND = 0.07
-"""m around a thing, as far as what is seen there says where it ends."""
 
 
 @dataclass(frozen=True)
@@ -104,22 +100,40 @@ def first_view(
     labels[seen[on_table(points[seen], table)]] = 0
     noise = float(table.noise(np.array(np.median(points[seen, 2]))))
     free = seen[~worn(points[seen], sides[seen], settings, noise)]
-    placed = table.placed(points[seen])
-    pixels = _pixels(placed, points[seen], hue[seen], table)
-    found = []
-    for thing in find_things(points[free], table):
-        whole = free[thing]
-        for part in parts_by_hue(table.placed(points[whole]), hue[whole]):
-            own = whole[part.points]
-            found.append(("object" if colour is None else dominant_hue(hue[own]), own, whole, part))
-    found.sort(key=lambda one: one[0])
-    for k, (_, own, _, _) in enumerate(found):
-        labels[own] = k + 1
-    objects = []
-    for k, (name, _, whole, part) in enumerate(found):
-        rough = block_of_cluster(dense(table.placed(points[whole])))
-        objects.append(_measured(name, pixels, labels[seen], k + 1, rough, part, table, settings, generator))
+    pixels = _pixels(points[seen], hue[seen], table)
+    free = np.flatnonzero(~worn(points[seen], sides[seen], settings, noise))
+    found = [free[thing] for thing in find_things(points[seen[free]], table)]
+    things = _explained(found, pixels, table, 4 * settings.pixels, generator)
+    names = ["object" if colour is None else dominant_hue(pixels.hue[thing.own]) for thing in things]
+    order = sorted(range(len(things)), key=lambda k: (names[k], -len(things[k].own)))
+    for label, k in enumerate(order):
+        labels[seen[things[k].own]] = label + 1
+    objects = [_seen_object(names[k], things[k], table) for k in order]
     return FirstView(table, tuple(_numbered(objects)), labels)
+
+
+def _explained(
+    found: list[NDArray[np.intp]], pixels: Pixels, table: Table, most: int, generator: np.random.Generator
+) -> list[Explained]:
+    """Things, each with its block: parts of one made one again, different hues that touch told apart."""
+    others = np.zeros(len(pixels.depth), bool)
+    for own in found:
+        others[own] = True
+    whole = [explain(pixels, own, others, table, most, generator) for own in found]
+    things: list[Explained] = []
+    for thing in joined(whole, pixels, others, table, most, generator):
+        if hovers(pixels, thing.own, table):
+            continue
+        parts = parts_by_hue(pixels.where(thing.own).points(), pixels.hue[thing.own])
+        if len(parts) == 1:
+            things.append(thing)
+            continue
+        for part in parts:
+            own = thing.own[part.points]
+            things.append(
+                explain(pixels, own, others, table, most, generator, thing.own, part.floor, part.covered)
+            )
+    return things
 
 
 def _coloured(
@@ -135,40 +149,17 @@ def _coloured(
     return fingers.hues(picture).reshape(-1), fingers.sides(picture).reshape(-1)
 
 
-def _pixels(placed: Array, points: Array, hue: Float, table: Table) -> Pixels:
-    """The points read as what a camera at the table's ``table_from_camera`` sees along its rays."""
+def _pixels(points: Array, hue: Float, table: Table) -> Pixels:
+    """Points read as what a camera at the table's ``table_from_camera`` sees along its rays."""
     depth = points[:, 2].astype(np.float32)
     origin = table.table_from_camera[:3]
-    return Pixels(origin, ((placed - origin) / points[:, 2:]).astype(np.float32), depth, hue)
+    rays = (table.placed(points) - origin) / points[:, 2:]
+    return Pixels(origin, rays.astype(np.float32), depth, hue)
 
 
-def _measured(
-    name: str,
-    pixels: Pixels,
-    labels: NDArray[np.int32],
-    label: int,
-    rough: Block,
-    part: Part,
-    table: Table,
-    settings: Perception,
-    generator: np.random.Generator,
-) -> SeenObject:
-    own = labels == label
-    rough = upright(rough, part.floor, float(np.sort(pixels.points()[own, 2])[-3:].mean()))
-    depth = np.median(pixels.depth[own]).astype(float)
-    noise, edge = float(table.noise(depth)), EDGE * table.scatter * depth
-    around = np.isfinite(box_depth(pixels, rough.pose[None], rough.size + 2 * AROUND)[0])
-    near = generator.permutation(np.flatnonzero(around))[: 4 * settings.pixels]
-    tree = cKDTree(pixels.points()[own])
-    tolerance = GATE * noise + spacing(np.asarray(tree.data))
-    # Where a thing meets the table a pixel could be either's: it is no evidence.
-    away, _ = tree.query(pixels.where(near).points(), distance_upper_bound=tolerance)
-    near = near[(labels[near] > 0) | ~np.isfinite(away)]
-    clear, mine = pixels.where(near), own[near]
-    block = fit_block(rough, clear, mine, noise, generator, part.covered)
-    reason = doubt(block, clear, mine, tolerance)
-    deviation = size_deviation(block, clear, mine, noise, edge)
-    return SeenObject(name, block, deviation, bool(reason), reason, int(own.sum()))
+def _seen_object(name: str, thing: Explained, table: Table) -> SeenObject:
+    reason = thing.doubt()
+    return SeenObject(name, thing.block, thing.size_deviation(table), bool(reason), reason, len(thing.own))
 
 
 def _numbered(objects: list[SeenObject]) -> list[SeenObject]:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from imitate.geometry import Array
-from imitate.perception.shapes import Mask
+from imitate.perception.shapes import Mask, Pixels
 from imitate.perception.tabletop import GATE, ROOM, Table, dense_parts, stands_on
 
 VOXEL = 0.004
@@ -67,12 +67,7 @@ def find_things(points: Array, table: Table) -> list[NDArray[np.intp]]:
     for k, part in enumerate(parts):
         owner[part] = k
     owned = owner[inside]
-    floor = placed[np.abs(height) < GATE * noise]
-    kept = []
-    for k in range(len(parts)):
-        thing = placed[sure[owned == k]]
-        if stands_on(table, thing) and not _hovers(thing, floor, 2 * voxel):
-            kept.append(k)
+    kept = [k for k in range(len(parts)) if stands_on(table, placed[sure[owned == k]])]
     low = np.flatnonzero((height > GATE * noise) & (height < ROOM))
     labels = _nearest(placed, sure[owned >= 0], owned[owned >= 0], low, apart)
     return [low[labels == k] for k in kept]
@@ -84,15 +79,23 @@ def on_table(points: Array, table: Table) -> Mask:
     return table.reaches(placed) & (np.abs(placed[:, 2]) < SURE * table.height_noise(points))
 
 
-def _hovers(thing: Array, floor: Array, cell: float) -> bool:
-    """Whether the table is seen under most of a thing (N, 3): a hand, or what it holds.
+def hovers(pixels: Pixels, own: NDArray[np.intp], table: Table) -> bool:
+    """Whether the table is seen under most of a thing: a hand, or what it holds.
 
-    ``floor`` (M, 3) are the table's points; all in its frame, metres. ``cell`` is wider than their spacing.
+    Args:
+        pixels: of the whole view.
+        own: (K,) which show the thing.
+        table: beneath it.
     """
+    placed = pixels.points()
+    thing = placed[own]
     if thing[:, 2].min() < HOVER:
         return False
+    cell = 3 * spacing(thing)
+    depth = pixels.depth.astype(float)
+    floor = np.abs(placed[:, 2]) < GATE * table.noise(depth)
     low, high = thing[:, :2].min(axis=0), thing[:, :2].max(axis=0)
-    under = floor[np.all((floor[:, :2] > low) & (floor[:, :2] < high), axis=1), :2]
+    under = placed[floor & np.all((placed[:, :2] > low) & (placed[:, :2] < high), axis=1), :2]
     covered = {tuple(c) for c in np.floor(thing[:, :2] / cell).astype(int)}
     bare = {tuple(c) for c in np.floor(under / cell).astype(int)}
     return len(covered & bare) > len(covered) / 2
