@@ -116,7 +116,8 @@ class Lattice:
 def most_probable_cuts(lattice: Lattice) -> tuple[tuple[int, ...], float]:
     """The maximum a posteriori cuts when segment lengths are geometric (ALGORITHMS section 2).
 
-    Maximises Σ_segments score + K log p + (T − K) log(1 − p) with p = 1 / expected length.
+    Maximises Σ_segments score + K log p + (T − K) log(1 − p) with p = 1 / expected length. Of segmentations
+    worth the same, the one whose last segments start latest is taken.
 
     Returns:
         (0, …, T), where each segment starts and the last one ends, in frames; and the maximum.
@@ -129,7 +130,7 @@ def most_probable_cuts(lattice: Lattice) -> tuple[tuple[int, ...], float]:
         own = len(block.starts) - len(block.ends)
         for row, end in enumerate(block.ends):
             reached = before + block.scores[row]
-            k = reached.argmax()
+            k = len(reached) - 1 - reached[::-1].argmax()  # the latest of equals
             value[end] = before[own + row] = reached[k]
             previous[end] = block.starts[k]
     cuts = [lattice.frames]
