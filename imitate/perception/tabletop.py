@@ -130,7 +130,9 @@ def find_table(points: Array, seed: int) -> Table:
         raise ImitateError(
             f"no table: no plane of {100 * SMALLEST:.0f} dm² or more in the {len(points)} readings."
         )
-    best = max(tables, key=lambda table: (_carried(table, grid), table.inliers))
+    tables.sort(key=lambda table: -table.inliers)
+    carried = [_carried(table, tables[:k], grid) for k, table in enumerate(tables)]
+    best = tables[int(np.argmax(carried))]
     return _table(best.plane, points) or best
 
 
@@ -239,8 +241,15 @@ def _frame(plane: Array, top: Array) -> tuple[Array, Array]:
     return inverse(camera_from_table), hull if turning > 0 else hull[::-1]
 
 
-def _carried(table: Table, grid: Array) -> int:
-    """How many points of a coarse grid belong to things that stand on the table."""
+def _carried(table: Table, larger: list[Table], grid: Array) -> int:
+    """How many points of a coarse grid belong to things that stand on the table, none of them a larger plane.
+
+    Else a box's side would carry the table before it.
+    """
+    for other in larger:
+        grid = grid[~(_near(other.plane, grid, other.scatter) & other.reaches(other.placed(grid)))]
+    if not len(grid):
+        return 0
     placed = table.placed(grid)
     above = placed[:, 2] > np.maximum(COARSE, 2 * GATE * table.height_noise(grid))
     placed = placed[above & (placed[:, 2] < ROOM)]

@@ -68,6 +68,13 @@ def test_a_small_table_with_things_before_larger_planes(pitch, roll, around):
     assert is_the_table(find_table(points, seed=0), from_camera, eye)
 
 
+@pytest.mark.parametrize("pitch", [35, 55])
+def test_a_box_whose_side_faces_the_whole_small_table_is_not_what_carries_it(pitch):
+    surfaces = flat(0.35, 0.4) + box(0.08, 0, (0.06, 0.2, 0.27))
+    points, from_camera, eye = seen(surfaces, np.deg2rad(pitch))
+    assert is_the_table(find_table(points, seed=0), from_camera, eye)
+
+
 def test_without_things_the_largest_plane_is_the_table():
     points, from_camera, eye = seen(flat(1.2, 1.0) + WALL, np.deg2rad(50))
     assert is_the_table(find_table(points, seed=0), from_camera, eye)
