@@ -10,18 +10,18 @@ from scipy.spatial import cKDTree
 
 from imitate.perception.block import Block, block_of_cluster, fit_block, upright
 from imitate.perception.colour import HUES, dominant_hue
-from imitate.perception.doubt import EDGE, UNEXPLAINED, doubt, off_faces, seen_through, size_deviation
+from imitate.perception.doubt import EDGE, STRAIN, doubt, seen_through, size_deviation, strained
 from imitate.perception.shapes import Mask, Pixels, agreement, box_depth
 from imitate.perception.tabletop import GATE, Table, stands_on
 from imitate.perception.things import dense, spacing
 
 AROUND = 0.07
 """m around a thing, as far as what is seen there says where it ends."""
-WORSE = 0.5
-"""log-likelihood a point by which one block may explain two parts worse than a block each: a standard
-deviation's. Neither part may be given up for the other."""
-HOPELESS = 0.8
-"""share of a part's points off its block's faces, from which it says nothing of what it belongs to."""
+WORSE = 0.8
+"""log-likelihood a point by which one block may explain two parts worse than a block each: it has half their
+parameters. Neither part may be given up for the other."""
+HOPELESS = 0.5
+"""strain of a part by its own block, from which it says nothing of what it belongs to."""
 BETWEEN = 0.3
 """pixels that see through the rectangle around two parts, as a share of theirs, above which they are two."""
 
@@ -144,8 +144,8 @@ def _together(
 def _given_up(part: Explained, both: Explained, pixels: Pixels) -> bool:
     """Whether the block of both parts leaves this one aside, or no block explains it in the first place."""
     points = pixels.where(part.own).points()
-    alone, now = (np.mean(np.abs(off_faces(of.block, points)) > of.tolerance) for of in (part, both))
-    return bool(now > alone + UNEXPLAINED or alone > HOPELESS)
+    alone, now = (strained(of.block, points, of.tolerance) for of in (part, both))
+    return now > alone + STRAIN or alone > HOPELESS
 
 
 def _rough(pixels: Pixels, own: NDArray[np.intp]) -> Block:
