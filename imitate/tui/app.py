@@ -113,9 +113,11 @@ class ImitateApp(App[None]):
         return top if isinstance(top, StepScreen) else None
 
     def _draw(self) -> None:
-        if self._changed and self.step and not self._closing_down:
+        if self._changed and not self._closing_down:
             self._changed = False
-            self.step.redraw()
+            for screen in self.screen_stack:
+                if isinstance(screen, StepScreen):  # under a note, too, the step goes on to live
+                    screen.redraw()
 
     def notice(self, error: str) -> None:
         """An error, as words with a remedy."""

@@ -140,7 +140,10 @@ def test_learn_before_the_first_trial(look: Look) -> None:
 
 def test_asking_before_quitting(look: Look) -> None:
     script = Script(list(islice(scripted.session(), 8)), hold=True)
-    assert look(SMALL, shown("review"), "s q", when(lambda app: app.step is None), script)
+    asked = when(
+        lambda app: app.step is None and bool(app.state.attempts) and app.state.attempts[0].explored == 5
+    )
+    assert look(SMALL, shown("review"), "s q", asked, script)
 
 
 @both
