@@ -180,8 +180,9 @@ class Learning(_Section):
     """m, standard deviation of the goal's position, which is then learned; the authors' robot had 0.03."""
     goal_turn_noise: float = Field(default=0.0, ge=0)
     """of each component of the goal's quaternion, likewise; the authors' robot had 0.07."""
-    terminal_first: bool = True
-    """until a trial succeeds only the terminal cost counts, and the noise does not narrow."""
+    improve_by: Literal["total", "terminal-first", "terminal"] = "terminal-first"
+    """which cost improves the policy: the total; the terminal cost until a trial succeeds, then the total; or
+    the terminal cost. But for "total", the noise narrows only once a trial has succeeded."""
     converged_below: float = Field(default=3.0, ge=0)
     """two consecutive costs of the mean policy closer than this: converged (authors' code)."""
     candidates: int = Field(default=2, ge=0)
@@ -285,7 +286,7 @@ _FAITHFUL: dict[str, dict[str, Any]] = {
         "imitation_first": False,
         "exploration": "per-kernel",
         "candidates": 0,
-        "terminal_first": False,
+        "improve_by": "total",
         "judge": "cost",
         "closed_end_cost": 0.0,
         "gripper_noise": 60.0,

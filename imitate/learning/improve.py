@@ -100,7 +100,8 @@ class Improvement:
 
     def _value(self, tried: TrialFinished) -> float:
         # Holding still costs no switches: until a trial succeeds, they would teach it to do nothing.
-        terminal_alone = self.settings.learning.terminal_first and not self._succeeded
+        by = self.settings.learning.improve_by
+        terminal_alone = by == "terminal" or (by == "terminal-first" and not self._succeeded)
         return tried.cost.terminal if terminal_alone else tried.cost.total
 
     @property
@@ -122,7 +123,7 @@ class Improvement:
 
     def _batch(self) -> list[Policy]:
         s = self.settings.learning
-        narrowing = self._succeeded or not s.terminal_first
+        narrowing = self._succeeded or s.improve_by == "total"
         factor = noise_factor(self.update, s.updates, s.least_noise) if narrowing else 1.0
         rng = np.random.default_rng(self._seed(0, self.update))
         count = s.rollouts - 1 if self.update else s.first_rollouts - len(self.tried)
