@@ -14,7 +14,7 @@ from typing import Literal
 
 from imitate.demonstration import Demonstration
 from imitate.record import SceneSpec, TrialRecord
-from imitate.skill import CostTerms, Decision, Formulation, Policy, Segment
+from imitate.skill import CostTerms, Decision, Formulation, Miss, Policy, Segment
 
 Purpose = Literal["prepare", "explore", "choose", "evaluate", "reproduce"]
 
@@ -77,6 +77,7 @@ class TrialFinished:
         success: whether β held at its end.
         failure: why not, in words; empty on success.
         record: every step, or None when the session was asked to keep none.
+        misses: the same reasons as data; none in sessions of before they were kept.
     """
 
     segment: int
@@ -89,6 +90,7 @@ class TrialFinished:
     success: bool
     failure: str
     record: TrialRecord | None
+    misses: tuple[Miss, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,8 @@ from imitate.demonstration import HAND
 from imitate.geometry import Array, read_only
 
 Action = Literal["pose", "gripper"]
+Gripping = Literal["untouched", "open", "missed", "slipped", "let go", "held"]
+Term = Literal["reach", "cost", "position", "angle", "position and angle", "moving", "holding", "place"]
 
 
 @dataclass(frozen=True)
@@ -109,6 +111,63 @@ class CostTerms:
     def total(self) -> float:
         """The sum that policy improvement minimises."""
         return self.terminal + self.acceleration + self.gripper
+
+
+@dataclass(frozen=True)
+class Grasp:
+    """What became of an object between the fingers during one option.
+
+    Attributes:
+        kind: "untouched"; touched, but the gripper stayed "open"; it closed, but the object was "missed";
+            grasped, and then it "slipped", was "let go", or was "held" to the end.
+        time: s into the option at which the last grip ended; 0 where there was none.
+        duration: s, of the option.
+        lift: m by which the object was then higher than at the option's start.
+    """
+
+    kind: Gripping
+    time: float
+    duration: float
+    lift: float
+
+    def __str__(self) -> str:
+        """What happened, to be read after the object's name."""
+        when = f"at {self.time:.1f} s of {self.duration:.1f}, {max(self.lift, 0) * 1e3:.0f} mm up"
+        return {
+            "untouched": "was never touched",
+            "open": "was never grasped: the gripper stayed open",
+            "missed": "was never grasped: the gripper closed, but not on it",
+            "slipped": f"slipped from the grip {when}",
+            "let go": f"was let go {when}",
+            "held": "was held to the end",
+        }[self.kind]
+
+
+@dataclass(frozen=True)
+class Miss:
+    """One reason for which β does not hold at a trial's end.
+
+    Attributes:
+        term: a pose out of "reach"; the terminal "cost" (faithful β); a body off its shown "position",
+            "angle" or both, or still "moving"; the gripper "holding" what the hand is shown to leave; or what
+            an earlier skill placed, off its "place".
+        words: for the operator.
+        body: which one; empty where it is none in particular.
+        distance: m from the shown position in the reference's frame.
+        angle: rad from the shown orientation there.
+        grasp: how a carried body was grasped.
+    """
+
+    term: Term
+    words: str
+    body: str = ""
+    distance: float = 0.0
+    angle: float = 0.0
+    grasp: Grasp | None = None
+
+    def __str__(self) -> str:
+        """Its words, with those of the grasp."""
+        return f"{self.words}; {self.body} {self.grasp}" if self.grasp else self.words
 
 
 @dataclass(frozen=True)

@@ -16,12 +16,12 @@ import numpy as np
 from imitate.events import Converged, Evaluated, Event, PolicyUpdated, Purpose, TrialFinished
 from imitate.learning.exploration import adapted, first_spread, improved, sample
 from imitate.learning.option import Success
-from imitate.learning.problem import Problem, cost_of, failure_of
+from imitate.learning.problem import Problem, cost_of, failure_of, misses_of
 from imitate.learning.trials import Task, Trials, perturbed_starts
 from imitate.policy.pi2 import noise_factor
 from imitate.record import Start
 from imitate.settings import Settings
-from imitate.skill import CostTerms, Policy
+from imitate.skill import CostTerms, Miss, Policy
 from imitate.world.trial import Outcome
 
 
@@ -143,13 +143,15 @@ class Improvement:
         s = self.settings.learning
         record, unreachable = outcome.record, outcome.unreachable
         if purpose == "prepare":
-            cost, failure = CostTerms(0.0, 0.0, 0.0), unreachable
+            cost = CostTerms(0.0, 0.0, 0.0)
+            misses: tuple[Miss, ...] = (Miss("reach", unreachable),) if unreachable else ()
         else:
             cost = cost_of(self.problem, record, bool(unreachable), s)
-            failure = failure_of(self.problem, record, unreachable, cost, s)
+            misses = misses_of(self.problem, record, unreachable, cost, s)
         trial, self.count = self.count, self.count + 1
+        failure = failure_of(misses)
         return TrialFinished(
-            *self._id, trial, purpose, self.update, policies, cost, not failure, failure, record
+            *self._id, trial, purpose, self.update, policies, cost, not misses, failure, record, misses
         )
 
     def _compete(self) -> Generator[Event, None, Learned | None]:
@@ -179,7 +181,7 @@ class Improvement:
         near, angle = s.margin * s.near, s.margin * s.near_angle
         strict = s.model_copy(update={"near": near, "near_angle": angle})
         firm = [
-            not failure_of(self.problem, e.record, "", e.cost, strict)
+            not misses_of(self.problem, e.record, "", e.cost, strict)
             for e in events
             if e.success and e.record is not None
         ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,12 +10,13 @@ import numpy as np
 from imitate.demonstration import HAND, Demonstration
 from imitate.errors import ImitateError
 from imitate.geometry import Array, align_signs, angle_between, relative, resample
+from imitate.learning.grasp import grasp_of
 from imitate.learning.placement import Placement, misplaced, placements, resting, trajectory_of
 from imitate.policy.dmp import imitate, response
 from imitate.policy.orientation import CHANNELS, to_channels
 from imitate.record import TrialRecord
 from imitate.settings import Learning, Settings
-from imitate.skill import CostTerms, Formulation, Policy, Segment
+from imitate.skill import CostTerms, Formulation, Grasp, Miss, Policy, Segment, Term
 
 
 @dataclass(frozen=True)
@@ -137,36 +139,62 @@ def immediate_costs(record: TrialRecord, settings: Learning) -> tuple[Array, Arr
     return acceleration, switches
 
 
-def failure_of(
+def misses_of(
     problem: Problem, record: TrialRecord, unreachable: str, cost: CostTerms, settings: Learning
-) -> str:
-    """Why β does not hold at a trial's end, in words; empty when it does."""
+) -> tuple[Miss, ...]:
+    """Why β does not hold at a trial's end; empty when it does."""
     if unreachable:
-        return unreachable
+        return (Miss("reach", unreachable),)
     if settings.judge == "cost":
-        c = settings.cost_threshold
-        return "" if cost.terminal < c else f"terminal cost {cost.terminal:.1f}, not below C = {c:g}"
-    reasons = [
-        reason
-        for body, shown in problem.shown.items()
-        if (reason := _misses(problem, record, body, shown, settings))
-    ]
+        return _costly(problem, record, cost, settings)
+    found = [_miss(problem, record, body, settings) for body in problem.shown]
     if closed := record.commands[-1, -1] > 0 and problem.lets_go:
-        reasons.append(f"the gripper still holds {' and '.join(closed)}, which the hand is shown to leave")
+        words = f"the gripper still holds {' and '.join(closed)}, which the hand is shown to leave"
+        found.append(Miss("holding", words, closed[0]))
     if undone := misplaced(record, problem.object_names, problem.placed, settings):
-        reasons.append(undone)
-    return "; ".join(reasons)
+        found.append(Miss("place", undone))
+    return tuple(miss for miss in found if miss)
 
 
-def _misses(problem: Problem, record: TrialRecord, body: str, shown: Array, settings: Learning) -> str:
-    pose = _ends(problem, record, body)
-    reference = problem.formulation.abstraction.reference
-    off = float(np.linalg.norm(pose[:3] - shown[:3]))
-    angle = float(np.rad2deg(angle_between(pose, shown)))
-    if off > settings.near or angle > settings.near_angle:
-        return (
-            f"{body} ends {off * 1e3:.0f} mm and {angle:.0f}° from where it was shown relative to {reference}"
-        )
+def failure_of(misses: Sequence[Miss]) -> str:
+    """Why β does not hold, in words; empty when it does."""
+    return "; ".join(map(str, misses))
+
+
+def _costly(problem: Problem, record: TrialRecord, cost: CostTerms, settings: Learning) -> tuple[Miss, ...]:
+    # The faithful β knows no bodies: of those carried, the one that is farthest off stands for the rest.
+    c = settings.cost_threshold
+    if cost.terminal < c:
+        return ()
+    words = f"terminal cost {cost.terminal:.1f}, not below C = {c:g}"
+    carried = problem.formulation.abstraction.carried
+    if not carried:
+        return (Miss("cost", words),)
+    offs = {body: _off(problem, record, body) for body in carried}
+    body = max(offs, key=lambda b: offs[b])
+    return (Miss("cost", words, body, *offs[body], _grasp(problem, record, body)),)
+
+
+def _off(problem: Problem, record: TrialRecord, body: str) -> tuple[float, float]:
+    # m and rad between where a body ends and where it was shown, in the reference's frame.
+    pose, shown = _ends(problem, record, body), problem.shown[body]
+    return float(np.linalg.norm(pose[:3] - shown[:3])), float(angle_between(pose, shown))
+
+
+def _grasp(problem: Problem, record: TrialRecord, body: str) -> Grasp | None:
+    carried = body in problem.formulation.abstraction.carried
+    return grasp_of(record, problem.object_names.index(body)) if carried else None
+
+
+def _miss(problem: Problem, record: TrialRecord, body: str, settings: Learning) -> Miss | None:
+    off, angle = _off(problem, record, body)
+    far, turned = off > settings.near, np.rad2deg(angle) > settings.near_angle
+    if far or turned:
+        term: Term = "position and angle" if far and turned else "position" if far else "angle"
+        reference = problem.formulation.abstraction.reference
+        shown_at = f"from where it was shown relative to {reference}"
+        words = f"{body} ends {off * 1e3:.0f} mm and {np.rad2deg(angle):.0f}° {shown_at}"
+        return Miss(term, words, body, off, angle, _grasp(problem, record, body))
     if not resting(trajectory_of(record, problem.object_names, body), record.time_step, settings):
-        return f"{body} is still moving"
-    return ""
+        return Miss("moving", f"{body} is still moving", body, off, angle)
+    return None

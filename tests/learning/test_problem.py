@@ -9,13 +9,17 @@ from hypothesis import strategies as st
 from records import gripping, moved, still
 
 from imitate.geometry import angle_between, compose, from_yaw, relative, resample
-from imitate.learning.problem import cost_of, failure_of, formulate
+from imitate.learning.problem import cost_of, failure_of, formulate, misses_of
 from imitate.settings import Settings, load_settings, parse_settings
 from imitate.skill import Formulation
 from imitate.world.scene import World, scene_of
 from imitate.world.trial import Simulator
 
 LEARNING = Settings().learning
+
+
+def failed(problem, record, unreachable, cost, settings):
+    return failure_of(misses_of(problem, record, unreachable, cost, settings))
 
 
 def carried_into(record, pose):
@@ -30,7 +34,7 @@ def carried_into(record, pose):
 def test_the_shown_end_costs_nothing_and_succeeds(carry_problem, perfect):
     cost = cost_of(carry_problem, perfect, False, LEARNING)
     assert cost.total == pytest.approx(0, abs=1e-6)
-    assert failure_of(carry_problem, perfect, "", cost, LEARNING) == ""
+    assert failed(carry_problem, perfect, "", cost, LEARNING) == ""
 
 
 @given(st.floats(-1, 1), st.floats(-1, 1), st.floats(-3, 3))
@@ -55,16 +59,22 @@ def test_terminal_cost_is_a_hundred_a_metre(carry_problem, perfect):
 
 def test_a_body_off_by_more_than_two_centimetres_fails_in_words(carry_problem, perfect):
     cost = cost_of(carry_problem, perfect, False, LEARNING)
-    assert failure_of(carry_problem, moved(perfect, 0, [0, 0, 0.019]), "", cost, LEARNING) == ""
-    said = failure_of(carry_problem, moved(perfect, 0, [0, 0, 0.03]), "", cost, LEARNING)
-    assert said == "cubeA ends 30 mm and 0° from where it was shown relative to cubeB"
+    assert failed(carry_problem, moved(perfect, 0, [0, 0, 0.019]), "", cost, LEARNING) == ""
+    said = failed(carry_problem, moved(perfect, 0, [0, 0, 0.03]), "", cost, LEARNING)
+    assert said == (
+        "cubeA ends 30 mm and 0° from where it was shown relative to cubeB; cubeA was never touched"
+    )
+    (miss,) = misses_of(carry_problem, moved(perfect, 0, [0, 0, 0.03]), "", cost, LEARNING)
+    assert (miss.term, miss.body, miss.grasp.kind) == ("position", "cubeA", "untouched")
+    assert miss.distance == pytest.approx(0.03)
+    assert miss.angle == pytest.approx(0, abs=1e-6)
 
 
 def test_a_body_that_still_moves_fails(carry_problem, perfect):
     poses = perfect.object_poses.copy()
     poses[:, 0, 2] += np.linspace(0.12, 0, len(poses))
     cost = cost_of(carry_problem, perfect, False, LEARNING)
-    assert failure_of(carry_problem, replace(perfect, object_poses=poses), "", cost, LEARNING) == (
+    assert failed(carry_problem, replace(perfect, object_poses=poses), "", cost, LEARNING) == (
         "cubeA is still moving"
     )
 
@@ -85,7 +95,7 @@ def test_holding_on_costs_and_fails_only_where_the_hand_is_shown_to_leave(stacki
         free = cost_of(problem, still(demonstration), False, LEARNING).terminal
         cost = cost_of(problem, held, False, LEARNING)
         assert cost.terminal - free == pytest.approx(costs)
-        assert ("still holds cubeA" in failure_of(problem, held, "", cost, LEARNING)) == bool(costs)
+        assert ("still holds cubeA" in failed(problem, held, "", cost, LEARNING)) == bool(costs)
 
 
 def test_a_later_skill_must_not_undo_what_was_placed(stacking):
@@ -100,22 +110,25 @@ def test_a_later_skill_must_not_undo_what_was_placed(stacking):
     dragged = replace(dragged, object_poses=poses, hand_poses=hand)
     cost = cost_of(problem, dragged, False, LEARNING)
     assert cost.terminal == pytest.approx(0, abs=1e-6)
-    said = failure_of(problem, dragged, "", cost, LEARNING)
+    said = failed(problem, dragged, "", cost, LEARNING)
     assert said == "cubeA ends 100 mm from its place relative to cubeB"
 
 
 def test_a_pose_out_of_reach_costs_a_fixed_amount(carry_problem, perfect):
     cost = cost_of(carry_problem, perfect, True, LEARNING)
     assert cost.terminal == LEARNING.unreachable_cost
-    assert failure_of(carry_problem, perfect, "out of reach", cost, LEARNING) == "out of reach"
+    assert failed(carry_problem, perfect, "out of reach", cost, LEARNING) == "out of reach"
 
 
 def test_the_faithful_judgement_is_terminal_cost_below_c(carry_problem, perfect):
     faithful = load_settings(None, {"mode": "faithful"}).learning
-    for off, says in ((0.19, ""), (0.21, "terminal cost 21.0, not below C = 20")):
+    for off, says in (
+        (0.19, ""),
+        (0.21, "terminal cost 21.0, not below C = 20; cubeA was never touched"),
+    ):
         record = moved(perfect, 0, [0, 0, off])
         cost = cost_of(carry_problem, record, False, faithful)
-        assert failure_of(carry_problem, record, "", cost, faithful) == says
+        assert failed(carry_problem, record, "", cost, faithful) == says
 
 
 @pytest.mark.parametrize("orientation", ["quaternion", "log"])
