@@ -13,6 +13,7 @@ from imitate.cli import console
 if TYPE_CHECKING:
     from imitate.events import Event
     from imitate.session.progress import Progress
+    from imitate.session.session import Request
 
 
 def learn(
@@ -21,7 +22,12 @@ def learn(
     ],
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", metavar="FILE.mcap", help="The session; by default in sessions/."),
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE.mcap",
+            help="The session; by default in sessions/. With --seeds, each is FILE-SEED.mcap.",
+        ),
     ] = None,
     mode: Annotated[
         str | None,
@@ -39,6 +45,12 @@ def learn(
     ] = None,
     settings_file: console.SettingsFile = None,
     seed: console.Seed = 0,
+    seeds: Annotated[
+        str,
+        typer.Option(
+            "--seeds", metavar="0-19", help="A session for each of these seeds, --workers of them at a time."
+        ),
+    ] = "",
     workers: console.Workers = None,
     cluster: console.Cluster = "",
     as_json: console.Json = False,
@@ -50,20 +62,22 @@ def learn(
     """
     import os
 
+    from imitate.cli.sweep import seeds_of, sweep
+    from imitate.errors import UsageError
     from imitate.formats.decisions import read_decisions
     from imitate.formats.mapping import read_mapping
-    from imitate.formats.output import free_name, refuse_existing, require_mcap
-    from imitate.session.progress import Progress, learn_report
-    from imitate.session.session import Request, run
+    from imitate.formats.output import free_name, require_mcap
+    from imitate.session.session import Request
     from imitate.settings import load_settings
 
+    if seeds and seed:
+        raise UsageError(f"--seed {seed} and --seeds {seeds}: give one of them.")
+    swept = seeds_of(seeds) if seeds else ()
     given = ({"mode": mode} if mode else {}) | ({"world": {"robot": robot}} if robot else {})
     settings = load_settings(settings_file, given)
+    if output:
+        require_mcap(output)
     log = output or free_name(Path("sessions"), f"{file.stem}-{seed}", ".mcap")
-    require_mcap(log)
-    viewed = log.with_suffix(".rrd") if rrd else None
-    for path in filter(None, (log, viewed)):
-        refuse_existing(path, force)
     request = Request(
         file,
         settings,
@@ -72,10 +86,26 @@ def learn(
         read_decisions(decisions) if decisions else (),
         mapping=read_mapping(mapping_file) if mapping_file else None,
         log=log,
-        rrd=viewed,
+        rrd=log.with_suffix(".rrd") if rrd else None,
         force=force,
         cluster=cluster,
     )
+    if swept and output:
+        sweep(request, {k: output.with_name(f"{output.stem}-{k}.mcap") for k in swept}, as_json)
+    elif swept:
+        sweep(request, {k: free_name(Path("sessions"), f"{file.stem}-{k}", ".mcap") for k in swept}, as_json)
+    else:
+        _learn(request, log, as_json)
+
+
+def _learn(request: Request, log: Path, as_json: bool) -> None:
+    # One session, and what came of it.
+    from imitate.formats.output import refuse_existing
+    from imitate.session.progress import Progress, learn_report
+    from imitate.session.session import run
+
+    for path in filter(None, (request.log, request.rrd)):
+        refuse_existing(path, request.force)
     began = time.monotonic()
     progress = Progress()
     with console.progress() as bar:
@@ -90,7 +120,7 @@ def learn(
             _narrate(event)
     report = learn_report(progress, log, round(time.monotonic() - began, 3))
     console.write_json(report) if as_json else _show(progress, report["wall_s"])
-    console.narrate(f"session: {log}" + (f", viewer: {viewed}" if viewed else ""))
+    console.narrate(f"session: {log}" + (f", viewer: {request.rrd}" if request.rrd else ""))
     if progress.finished and not progress.finished.reproduced:
         console.narrate(progress.finished.advice)
         raise typer.Exit(console.Exit.LOSSY)

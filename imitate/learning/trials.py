@@ -6,12 +6,13 @@ import os
 import pickle
 import signal
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import partial
 from multiprocessing import get_context, parent_process
 from types import TracebackType
+from typing import Any
 
 import numpy as np
 
@@ -54,6 +55,13 @@ def _end_with_parent() -> None:
             os._exit(1)
 
     threading.Thread(target=wait, daemon=True).start()
+
+
+class _Here(Executor):
+    """This process itself: each task is run when its outcome is asked for."""
+
+    def map(self, fn: Callable[..., Any], *iterables: Iterable[Any], **_: Any) -> Iterator[Any]:
+        return map(fn, *iterables)
 
 
 class Trials:
@@ -104,11 +112,15 @@ class Trials:
 def executors(workers: int, cluster_address: str = "") -> ExecutorFactory:
     """Local processes, or the workers of a cluster where there is an address of one.
 
+    Args:
+        workers: how many local processes; 0 runs the trials in this one.
+        cluster_address: tcp://host:port of a scheduler; empty for none.
+
     Raises:
         ImitateError: the cluster cannot be used.
     """
     if not cluster_address:
-        return process_pool(workers)
+        return process_pool(workers) if workers else _Here
     from imitate.learning.cluster import cluster
 
     return cluster(cluster_address)
@@ -119,10 +131,17 @@ def _run_task(scene: bytes, task: Task) -> Outcome:
         return _simulator(scene).run(task.start, task.policies)
 
 
-@lru_cache(maxsize=1)
+_kept: dict[bytes, Simulator] = {}
+
+
 def _simulator(scene: bytes) -> Simulator:
-    spec, settings = pickle.loads(scene)
-    return Simulator(World(spec, settings.world), settings)
+    # The one of the latest scene is kept.
+    if scene not in _kept:
+        while _kept:
+            _kept.popitem()[1].close()
+        spec, settings = pickle.loads(scene)
+        _kept[scene] = Simulator(World(spec, settings.world), settings)
+    return _kept[scene]
 
 
 def perturbed_starts(

@@ -35,7 +35,7 @@ class Request:
 
     Attributes:
         source: a demonstration or a recording.
-        workers: processes that run trials.
+        workers: processes that run trials; 0 for the present one.
         decisions: the operator's, applied to the segments as found.
         mapping: what the source's columns, topics or frames mean, where their names do not say so.
         log: where the session is written; None writes none.
