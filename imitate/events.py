@@ -14,7 +14,7 @@ from typing import Literal
 
 from imitate.demonstration import Demonstration
 from imitate.record import SceneSpec, TrialRecord
-from imitate.skill import CostTerms, Decision, Formulation, Miss, Policy, Segment
+from imitate.skill import CostTerms, Decision, Formulation, Miss, Policy, Segment, Term
 
 Purpose = Literal["prepare", "explore", "choose", "evaluate", "reproduce"]
 
@@ -132,12 +132,61 @@ class Evaluated:
 
 
 @dataclass(frozen=True)
+class Shortfall:
+    """What some of the starts failed of, counted over those by which P was estimated.
+
+    Attributes:
+        body, term: as in `imitate.skill.Miss`.
+        grasp: how the body was grasped, a `Gripping`; empty where it is not one that is carried.
+        starts: how many failed of this; one start may fail of several things.
+        distance: m from the shown position, the median.
+        angle: rad from the shown orientation, the median.
+        words: of one of them.
+    """
+
+    body: str
+    term: Term
+    grasp: str
+    starts: int
+    distance: float
+    angle: float
+    words: str
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What a formulation came to.
+
+    Attributes:
+        successes, trials, low, high: P of the best policy, with Wilson's interval at 95 %.
+        explored: trials spent on learning.
+        best_costs, mean_costs: total cost of those trials, before the first update and then after each.
+        shortfalls: what the best policy failed of, the most frequent first.
+        policy: the best one found.
+    """
+
+    successes: int
+    trials: int
+    low: float
+    high: float
+    explored: int
+    best_costs: tuple[float, ...]
+    mean_costs: tuple[float, ...]
+    shortfalls: tuple[Shortfall, ...]
+    policy: Policy
+
+
+@dataclass(frozen=True)
 class Reformulated:
-    """A formulation was given up; ``reason`` says what failed and what is changed, for the operator."""
+    """A formulation was given up; ``reason`` says what failed and what is changed, for the operator.
+
+    Sessions of before the evidence was kept have none.
+    """
 
     segment: int
     formulation: int
     reason: str
+    evidence: Evidence | None = None
 
 
 @dataclass(frozen=True)
@@ -161,11 +210,26 @@ class Reproduced:
 
 
 @dataclass(frozen=True)
+class Kept:
+    """The best policy of a skill that was not learned, and of how many starts it succeeded."""
+
+    segment: int
+    formulation: int
+    successes: int
+    trials: int
+    policy: Policy
+
+
+@dataclass(frozen=True)
 class SessionFinished:
-    """The end. ``advice`` names the skill that failed, what was tried and what to do next; else empty."""
+    """The end. ``advice`` names the skill that failed, what was tried and what to do next; else empty.
+
+    Where a skill was not learnable, ``best`` is the best policy that was found for it.
+    """
 
     reproduced: bool
     advice: str
+    best: Kept | None = None
 
 
 Event = (

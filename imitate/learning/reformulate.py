@@ -12,8 +12,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from imitate.demonstration import Demonstration
-from imitate.events import Event, FormulationStarted, OptionLearned, Reformulated
-from imitate.learning.improve import Improvement, Learned
+from imitate.events import Event, Evidence, FormulationStarted, Kept, OptionLearned, Reformulated
+from imitate.learning.evidence import Witness, failings, in_words, strayed
+from imitate.learning.improve import Improvement
 from imitate.learning.option import Option
 from imitate.learning.problem import Problem, formulate
 from imitate.learning.trials import Trials
@@ -25,17 +26,24 @@ _Statement = tuple[Abstraction, tuple[Action, ...]]
 
 @dataclass(frozen=True)
 class Search:
-    """What the search came to: the options, and why it was given up if they are not one for each segment."""
+    """What the search came to: the options; if they are not one for each segment, why, and what was best.
+
+    Attributes:
+        options: those accepted, of the first segments.
+        given_up: which skill is not learnable, and why; empty when every one was learned.
+        best: the best policy of that skill; None where none was tried.
+    """
 
     options: tuple[Option, ...]
     given_up: str = ""
+    best: Kept | None = None
 
 
 @dataclass
 class _Attempts:
     # What is still to be tried for a segment, and what came of what was.
     left: list[_Statement]
-    tried: list[tuple[Problem, Learned]] = field(default_factory=list)
+    tried: list[tuple[Problem, Evidence]] = field(default_factory=list)
 
 
 def statements(segment: Segment, model_threshold: float) -> list[_Statement]:
@@ -76,61 +84,85 @@ def learn_options(
         problem = formulate(demonstration, segments, formulation, settings)
         mean = _first_mean(problem, attempts[i])
         prefix = tuple(option.policy for option in options)
-        learned = yield from Improvement(problem, prefix, mean, trials, entropy).run(shown)
-        attempts[i].tried.append((problem, learned))
+        witness = Witness()
+        course = Improvement(problem, prefix, mean, trials, entropy).run(shown)
+        learned = yield from witness.attend(course)
+        evidence = witness.evidence(learned)
+        attempts[i].tried.append((problem, evidence))
         if learned.accepted:
             yield OptionLearned(i, formulation.index, learned.policy)
             options.append(Option(problem, learned.policy))
             if len(options) == len(segments):
                 return Search(tuple(options))
             reason = "the skills before it are learned"
+            i = len(options)
             continue
-        reason = _next_reason(formulation, learned, attempts, segments)
-        yield Reformulated(i, formulation.index, reason)
+        found = in_words(evidence, settings.learning.converged_below)
+        reason = _next_reason(formulation, found, evidence, attempts, segments)
+        yield Reformulated(i, formulation.index, reason, evidence)
         while not attempts[len(options)].left:
             if not options:
-                return Search((), _summary(segments, i, attempts[i], "every formulation was tried"))
+                return _given_up((), segments, i, attempts[i], "every formulation was tried")
             attempts[len(options)].left = statements(segments[len(options)], threshold)
             options.pop()
     limit = f"the limit of {settings.learning.formulations} formulations is reached"
-    return Search(tuple(options), _summary(segments, i, attempts[i], limit))
+    return _given_up(tuple(options), segments, i, attempts[i], limit)
 
 
 def _first_mean(problem: Problem, attempts: _Attempts) -> Policy:
     # Pose weights start from the policy just learned for the same abstraction, gripper weights from 0.
-    for before, learned in reversed(attempts.tried):
+    for before, evidence in reversed(attempts.tried):
         if before.formulation.abstraction == problem.formulation.abstraction:
             none = np.zeros((0, 7))
-            weights = learned.policy.pose_weights
+            weights = evidence.policy.pose_weights
             return replace(problem.imitated, pose_weights=weights, pose_noise=none)
     return problem.imitated
 
 
 def _next_reason(
-    failed: Formulation, learned: Learned, attempts: list[_Attempts], segments: tuple[Segment, ...]
+    failed: Formulation,
+    found: str,
+    evidence: Evidence,
+    attempts: list[_Attempts],
+    segments: tuple[Segment, ...],
 ) -> str:
     # What failed and what is changed, for the operator.
-    rate = f"{learned.success.successes} of {learned.success.trials} starts succeeded"
-    what = f"{rate}: {learned.why}" if learned.why else rate
+    carried = failed.abstraction.carried
+    names = " and ".join(carried)
+    what = f"{names} did not end where shown" if carried else "the hand's path alone does not do it"
+    if strayed(evidence, carried):
+        what = f"{names} did not follow the hand"
     left = attempts[failed.segment].left
     if left and left[0][0] == failed.abstraction:
-        carried = " and ".join(failed.abstraction.carried)
-        seen = f"{carried} did not follow the hand" if carried else "the hand's path alone does not do it"
-        return f"{seen} ({what}): adding the gripper's force to the actions"
-    if left:
-        return f"{what}; trying the next abstraction, {left[0][0]}"
-    if failed.segment:
+        change = "adding the gripper's force to the actions"
+    elif left:
+        change = f"trying the next abstraction, {left[0][0]}"
+    elif failed.segment:
         before = segments[failed.segment - 1].abstraction
-        return f"{what}; no formulation is left, going back to skill {failed.segment}, {before}"
-    return f"{what}; no formulation is left"
+        change = f"no formulation is left, going back to skill {failed.segment}, {before}"
+    else:
+        change = "no formulation is left"
+    return f"{what} ({found}): {change}"
 
 
-def _summary(segments: tuple[Segment, ...], i: int, attempts: _Attempts, why: str) -> str:
+def _given_up(
+    options: tuple[Option, ...], segments: tuple[Segment, ...], i: int, attempts: _Attempts, why: str
+) -> Search:
+    # The end of the search, in words, with the best policy of the skill that it ended at.
+    skill = f"skill {i + 1}, {segments[i].abstraction}, is not learnable, because {why}"
+    if not attempts.tried:
+        return Search(options, f"{skill} before it.")
     lines = []
-    for problem, learned in attempts.tried:
-        f, s = problem.formulation, learned.success
-        tail = f" ({learned.why})" if learned.why else ""
-        lines.append(f"{f.abstraction} with {' + '.join(f.actions)}: {s.successes} of {s.trials}{tail}")
-    return (
-        f"skill {i + 1}, {segments[i].abstraction}, is not learned: {why}. Tried: " + "; ".join(lines) + "."
+    for problem, evidence in attempts.tried:
+        f = problem.formulation
+        tail = f" ({words})" if (words := failings(evidence)) else ""
+        rate = f"{evidence.successes} of {evidence.trials} starts"
+        lines.append(f"{f.abstraction} with {' + '.join(f.actions)}: {rate}{tail}")
+    problem, best = max(attempts.tried, key=lambda t: t[1].successes / t[1].trials)
+    index = problem.formulation.index
+    kept = f"The best policy, of formulation {index + 1} ({best.successes} of {best.trials}), is kept."
+    return Search(
+        options,
+        f"{skill}: {'; '.join(lines)}. {kept}",
+        Kept(i, index, best.successes, best.trials, best.policy),
     )

@@ -145,7 +145,7 @@ def _reproduction(
     trials: Trials,
 ) -> Iterator[Event]:
     if search.given_up:
-        yield events.SessionFinished(False, f"{search.given_up} {_next_command(request)}")
+        yield events.SessionFinished(False, f"{search.given_up} {_next_command(request)}", search.best)
         return
     seeds = np.random.SeedSequence(request.seed, spawn_key=(_REPRODUCTION,))
     count = request.settings.learning.reproduction_starts

@@ -2,17 +2,18 @@
 
 import pytest
 
-from imitate.events import FormulationStarted, OptionLearned, Reformulated
+from imitate.events import FormulationStarted, OptionLearned, Reformulated, TrialFinished
 from imitate.learning import reformulate
 from imitate.learning.improve import Learned
 from imitate.learning.option import Success
 from imitate.learning.reformulate import learn_options, statements
 from imitate.record import Start
 from imitate.settings import load_settings
-from imitate.skill import Abstraction, Candidate, Segment
+from imitate.skill import Abstraction, Candidate, CostTerms, Grasp, Miss, Segment
 
 HAND = Abstraction(("hand",), "cubeA")
 CARRY = Abstraction(("hand", "cubeA"), "cubeB")
+OPEN = Grasp("open", 0.0, 5.1, 0.0)
 OTHER = Abstraction(("hand",), "cubeB")
 
 
@@ -44,7 +45,7 @@ def scripted(monkeypatch, stacking):
     """Runs the search with formulations that succeed or fail, in their order, as a script says."""
     demonstration, segments = stacking
 
-    def run(script, formulations=12):
+    def run(script, formulations=12, grasp=OPEN):
         outcomes = iter(script)
 
         class Scripted:
@@ -53,10 +54,20 @@ def scripted(monkeypatch, stacking):
 
             def run(self, _):
                 ok = next(outcomes)
-                success = Success(20 if ok else 0, 20)
-                why = "" if ok else "cubeA ends 140 mm from where it was shown"
-                return Learned(self.problem.imitated, 1.0, success, float(ok), ok, why)
-                yield
+                policy, f = self.problem.imitated, self.problem.formulation
+                off = Miss("position", "cubeA ends 140 mm off", "cubeA", 0.14, 0.1, grasp)
+                misses = () if ok else (off,)
+                words = "; ".join(map(str, misses))
+                for n, total in enumerate((26.0, 27.0, 25.0)):
+                    cost = CostTerms(total, 0.0, 0.0)
+                    yield TrialFinished(
+                        f.segment, f.index, n, "explore", n, (policy,), cost, ok, words, None, misses
+                    )
+                for n in range(20):
+                    yield TrialFinished(
+                        f.segment, f.index, 3 + n, "evaluate", 3, (policy,), cost, ok, words, None, misses
+                    )
+                return Learned(policy, 1.0, Success(20 if ok else 0, 20), float(ok), ok, words)
 
         monkeypatch.setattr(reformulate, "Improvement", Scripted)
         seen = []
@@ -83,11 +94,26 @@ def stated(seen):
 def test_the_gripper_is_added_when_the_hands_path_alone_fails(scripted):
     seen, search = scripted([False, True, True])
     assert stated(seen) == [(0, 0, 1), (0, 1, 2), (1, 0, 1)]
-    (reason,) = [e.reason for e in seen if isinstance(e, Reformulated)]
-    assert reason.startswith("cubeA did not follow the hand (0 of 20 starts succeeded")
-    assert reason.endswith("adding the gripper's force to the actions")
+    (reformulated,) = [e for e in seen if isinstance(e, Reformulated)]
+    assert reformulated.reason == (
+        "cubeA did not follow the hand (0 of 20 starts, 0.00–0.16; the cost stayed at 25 over 3 trials; "
+        "cubeA was never grasped): adding the gripper's force to the actions"
+    )
+    evidence = reformulated.evidence
+    assert (evidence.successes, evidence.trials, evidence.explored) == (0, 20, 3)
+    assert evidence.best_costs == evidence.mean_costs == (26.0, 27.0, 25.0)
+    (shortfall,) = evidence.shortfalls
+    assert (shortfall.body, shortfall.term, shortfall.grasp) == ("cubeA", "position", "open")
+    assert (shortfall.starts, shortfall.distance) == (20, 0.14)
     assert len(search.options) == 2
     assert not search.given_up
+
+
+def test_a_body_that_was_carried_elsewhere_is_not_said_to_have_been_left(scripted):
+    seen, _ = scripted([False, True, True], grasp=Grasp("held", 5.0, 5.1, 0.1))
+    (reason,) = [e.reason for e in seen if isinstance(e, Reformulated)]
+    assert reason.startswith("cubeA did not end where shown (0 of 20 starts")
+    assert "cubeA was carried elsewhere)" in reason
 
 
 def test_when_nothing_is_left_the_search_goes_back_a_segment(scripted):
@@ -104,10 +130,13 @@ def test_giving_up_names_the_skill_and_what_was_tried(scripted):
     _, search = scripted([False] * 12)
     assert search.options == ()
     assert search.given_up == (
-        "skill 1, ⟨{hand, cubeA}, cubeB⟩, is not learned: every formulation was tried. Tried: "
-        "⟨{hand, cubeA}, cubeB⟩ with pose: 0 of 20 (cubeA ends 140 mm from where it was shown); "
-        "⟨{hand, cubeA}, cubeB⟩ with pose + gripper: 0 of 20 (cubeA ends 140 mm from where it was shown)."
+        "skill 1, ⟨{hand, cubeA}, cubeB⟩, is not learnable, because every formulation was tried: "
+        "⟨{hand, cubeA}, cubeB⟩ with pose: 0 of 20 starts (cubeA was never grasped); "
+        "⟨{hand, cubeA}, cubeB⟩ with pose + gripper: 0 of 20 starts (cubeA was never grasped). "
+        "The best policy, of formulation 1 (0 of 20), is kept."
     )
+    best = search.best
+    assert (best.segment, best.formulation, best.successes, best.trials) == (0, 0, 0, 20)
 
 
 def test_the_search_is_bounded(scripted):
@@ -115,3 +144,14 @@ def test_the_search_is_bounded(scripted):
     assert len(stated(seen)) == 3
     assert "skill 2" in search.given_up
     assert "the limit of 3 formulations is reached" in search.given_up
+    assert (search.best.segment, search.best.formulation) == (1, 0)
+
+
+def test_a_skill_that_the_search_never_came_to_is_named(scripted):
+    _, search = scripted([True], formulations=1)
+    assert len(search.options) == 1
+    assert search.given_up == (
+        "skill 2, ⟨{hand}, cubeA⟩, is not learnable, because "
+        "the limit of 1 formulations is reached before it."
+    )
+    assert search.best is None

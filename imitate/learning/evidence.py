@@ -1,0 +1,147 @@
+"""What the trials of a formulation say of it: how often it succeeds, what it cost, what it fails of."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from imitate.demonstration import HAND
+from imitate.events import Event, Evidence, Shortfall, TrialFinished
+from imitate.learning.improve import Learned
+from imitate.skill import Miss, Policy, Term
+
+_NEVER = ("untouched", "open", "missed")
+_GRASPS = {
+    "untouched": "was never touched",
+    "open": "was never grasped",
+    "missed": "was never grasped",
+    "slipped": "slipped from the grip",
+    "let go": "was let go elsewhere",
+    "held": "was carried elsewhere",
+}
+
+
+@dataclass
+class Witness:
+    """Remembers what the trials of one formulation came to, without their steps.
+
+    Attributes:
+        costs: total costs of the exploring trials, in a list for each update that came before them.
+        judged: the policy and the misses of each trial that counts towards P.
+    """
+
+    costs: dict[int, list[float]] = field(default_factory=lambda: defaultdict(list))
+    judged: list[tuple[Policy, tuple[Miss, ...]]] = field(default_factory=list)
+
+    def attend(self, course: Generator[Event, None, Learned]) -> Generator[Event, None, Learned]:
+        """The course unchanged, its trials remembered."""
+        while True:
+            try:
+                event = next(course)
+            except StopIteration as end:
+                learned: Learned = end.value
+                return learned
+            if isinstance(event, TrialFinished):
+                self._remember(event)
+            yield event
+
+    def _remember(self, trial: TrialFinished) -> None:
+        if trial.purpose == "explore":
+            self.costs[trial.update].append(trial.cost.total)
+        if trial.purpose == "evaluate":
+            self.judged.append((trial.policies[-1], trial.misses))
+
+    def evidence(self, learned: Learned) -> Evidence:
+        """What was seen of the policy that was learned."""
+        misses = [misses for policy, misses in self.judged if policy is learned.policy]
+        success = learned.success
+        return Evidence(
+            successes=success.successes,
+            trials=success.trials,
+            low=success.interval[0],
+            high=success.interval[1],
+            explored=sum(map(len, self.costs.values())),
+            best_costs=tuple(min(costs) for costs in self.costs.values()),
+            mean_costs=tuple(float(np.mean(costs)) for costs in self.costs.values()),
+            shortfalls=shortfalls(misses),
+            policy=learned.policy,
+        )
+
+
+def shortfalls(trials: Sequence[Sequence[Miss]]) -> tuple[Shortfall, ...]:
+    """The misses of many trials, alike ones counted together, most frequent first."""
+    alike: dict[tuple[str, Term, str], list[Miss]] = defaultdict(list)
+    for miss in (miss for misses in trials for miss in misses):
+        alike[miss.body, miss.term, miss.grasp.kind if miss.grasp else ""].append(miss)
+    found = [
+        Shortfall(
+            body=body,
+            term=term,
+            grasp=grasp,
+            starts=len(misses),
+            distance=float(np.median([miss.distance for miss in misses])),
+            angle=float(np.median([miss.angle for miss in misses])),
+            words=misses[0].words,
+        )
+        for (body, term, grasp), misses in alike.items()
+    ]
+    return tuple(sorted(found, key=lambda s: -s.starts))
+
+
+def strayed(evidence: Evidence, bodies: Sequence[str]) -> bool:
+    """Whether carried bodies mostly did not come along with the hand: never grasped, or lost on the way."""
+    lost = sum(s.starts for s in evidence.shortfalls if s.body in bodies and s.grasp in (*_NEVER, "slipped"))
+    others = sum(s.starts for s in evidence.shortfalls if s.body in bodies and s.grasp in ("let go", "held"))
+    return lost > others
+
+
+def in_words(evidence: Evidence, same: float) -> str:
+    """The evidence for the operator, on a line or two.
+
+    Args:
+        evidence: of a formulation.
+        same: difference in cost below which it stayed as it was.
+    """
+    rate = f"{evidence.successes} of {evidence.trials} starts, {evidence.low:.2f}–{evidence.high:.2f}"
+    parts = [rate, _costs_in_words(evidence, same), failings(evidence)]
+    return "; ".join(part for part in parts if part)
+
+
+def failings(evidence: Evidence) -> str:
+    """The two most frequent failings in words; empty where there are none."""
+    counted: Counter[str] = Counter()
+    for shortfall in evidence.shortfalls:
+        counted[_failing(shortfall)] += shortfall.starts
+    return ", ".join(
+        words + (f" in {count} of {evidence.trials}" if count < evidence.trials else "")
+        for words, count in counted.most_common(2)
+    )
+
+
+def _costs_in_words(evidence: Evidence, same: float) -> str:
+    if not evidence.best_costs:
+        return ""
+    first, last = evidence.best_costs[0], min(evidence.best_costs)
+    trials = f"{evidence.explored} trial" + "s" * (evidence.explored > 1)
+    if first - last < same:
+        return f"the cost stayed at {last:.0f} over {trials}" if evidence.explored > 1 else f"cost {last:.0f}"
+    return f"the cost fell from {first:.0f} to {last:.0f} over {trials}"
+
+
+def _failing(shortfall: Shortfall) -> str:
+    body = f"the {shortfall.body}" if shortfall.body == HAND else shortfall.body
+    if shortfall.grasp:
+        return f"{body} {_GRASPS[shortfall.grasp]}"
+    return {
+        "position": f"{body} ends too far off",
+        "angle": f"{body} ends turned too far",
+        "position and angle": f"{body} ends too far off and turned too far",
+        "moving": f"{body} is still moving",
+        "holding": f"{body} is not let go",
+        "reach": "a pose is out of reach",
+        "cost": "the terminal cost is too high",
+        "place": "what was placed before is undone",
+    }[shortfall.term]
