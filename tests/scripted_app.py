@@ -19,6 +19,7 @@ from imitate.settings import Settings
 from imitate.skill import Decision, Segment
 from imitate.tui.app import ImitateApp
 from imitate.tui.engine import Engine, Preview, Seen, Task
+from imitate.tui.state import Interval
 from imitate.tui.words import demonstration_facts
 
 
@@ -110,11 +111,14 @@ def look(path: Path) -> Preview:
 def decide(
     found: tuple[Segment, ...], decisions: tuple[Decision, ...], _demo: Demonstration, _settings: Settings
 ) -> tuple[Segment, ...]:
-    """Moves, relabels and undoes; refuses what the real one would."""
+    """Moves, relabels, splits, merges, undoes and redoes; refuses what the real one would."""
     kept: list[Decision] = []
+    undone: list[Decision] = []
     for decision in decisions:
         if decision.kind == "undo":
-            kept.pop()
+            undone.append(kept.pop())
+        elif decision.kind == "redo":
+            kept.append(undone.pop())
         else:
             kept.append(decision)
     segments = list(found)
@@ -126,9 +130,21 @@ def decide(
                 )
             segments[d.segment] = replace(segments[d.segment], end=d.time, human=True)
             segments[d.segment + 1] = replace(segments[d.segment + 1], start=d.time)
+        elif d.kind == "split":
+            one = segments[d.segment]
+            parts = [replace(one, end=d.time, human=True), replace(one, start=d.time, human=True)]
+            segments[d.segment : d.segment + 1] = parts
+        elif d.kind == "merge":
+            one, other = segments[d.segment : d.segment + 2]
+            segments[d.segment : d.segment + 2] = [replace(one, end=other.end, human=True)]
         elif d.abstraction:
             segments[d.segment] = replace(segments[d.segment], abstraction=d.abstraction, human=True)
     return tuple(segments)
+
+
+def changes(_demo: Demonstration, segments: tuple[Segment, ...], _settings: Settings) -> tuple[Interval, ...]:
+    """Each from a little before the boundary to a little more after it."""
+    return tuple((s.end - 0.25, s.end + 0.5) for s in segments[:-1])
 
 
 def scripted_app(
@@ -150,6 +166,8 @@ def scripted_app(
         read=lambda _path: scripted.demonstration(),
         cut=lambda _demonstration, _settings: scripted.segments(),
         decide=decide,
+        changes=changes,
+        split_time=lambda _demonstration, segment, _settings: (segment.start + segment.end) / 2,
         recorded=lambda _path: scripted.session(),
         first_picture=first_picture,
         observe=script.observe,

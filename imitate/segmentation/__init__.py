@@ -9,8 +9,17 @@ Symbols::
     ℓ           what one frame says for an object to move with the hand, nats
 """
 
-from imitate.segmentation.overrides import apply_decisions
+from imitate.segmentation.overrides import apply_decisions, split_time
 from imitate.segmentation.posteriors import Posterior, Posteriors, changes, posteriors
 from imitate.segmentation.segments import rankings, segment
 
-__all__ = ["Posterior", "Posteriors", "apply_decisions", "changes", "posteriors", "rankings", "segment"]
+__all__ = [
+    "Posterior",
+    "Posteriors",
+    "apply_decisions",
+    "changes",
+    "posteriors",
+    "rankings",
+    "segment",
+    "split_time",
+]

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from imitate.demonstration import HAND, TABLE, Demonstration
 from imitate.errors import UnknownNameError, UsageError
-from imitate.segmentation.segments import rankings
+from imitate.segmentation.abstraction import best_scores
+from imitate.segmentation.segments import frames_at, rankings, score_of
 from imitate.settings import Segmentation
 from imitate.skill import Abstraction, Decision, Segment
 
@@ -47,6 +50,27 @@ def apply_decisions(
         except UsageError as error:
             raise UsageError(f"decision {number} ({decision.kind}): {error}") from None
     return history[-1]
+
+
+def split_time(demonstration: Demonstration, segment: Segment, settings: Segmentation) -> float:
+    """Where a segment is best split: each part under its best abstraction; seconds since the first frame.
+
+    Raises:
+        UsageError: it is too short for two.
+    """
+    score = score_of(demonstration, settings)
+    first, last = frames_at(score.times, (segment.start, segment.end))
+    inside = np.flatnonzero(
+        (score.times >= segment.start + SHORTEST) & (score.times <= segment.end - SHORTEST)
+    )
+    if not len(inside):
+        raise UsageError(
+            f"{segment.start:.2f} to {segment.end:.2f} s is too short to be split; each part must last "
+            f"{SHORTEST:g} s at least."
+        )
+    before = best_scores(score.evidence(np.array([first]), inside))[:, 0]
+    after = best_scores(score.evidence(inside, np.array([last])))[0]
+    return float(score.times[inside[np.argmax(before + after)]])
 
 
 def _applied(

@@ -14,6 +14,7 @@ from imitate.demonstration import Demonstration
 from imitate.events import Event, TrialFinished
 from imitate.settings import Settings
 from imitate.skill import Decision, Segment
+from imitate.tui.state import Interval
 from imitate.tui.words import demonstration_facts, session_facts
 
 if TYPE_CHECKING:
@@ -123,6 +124,29 @@ def decide(
     return apply_decisions(found, decisions, demonstration, settings.segmentation)
 
 
+def changes(
+    demonstration: Demonstration, segments: tuple[Segment, ...], settings: Settings
+) -> tuple[Interval, ...]:
+    """From when to when, with 90 % probability, the motion changes from each segment to the next, seconds."""
+    from imitate.segmentation import changes as posteriors
+
+    return tuple(p.interval() for p in posteriors(demonstration, segments, settings.segmentation))
+
+
+def split_time(demonstration: Demonstration, segment: Segment, settings: Settings) -> float:
+    """Where a segment is best split, seconds since the first frame."""
+    from imitate.segmentation import split_time as best
+
+    return best(demonstration, segment, settings.segmentation)
+
+
+def write_decisions(path: Path, decisions: tuple[Decision, ...]) -> None:
+    """Writes the operator's decisions to a new file."""
+    from imitate.formats.decisions import write_decisions as write
+
+    write(path, decisions)
+
+
 def recorded(path: Path) -> Iterator[Event]:
     """The events of a session's file, without the physics steps."""
     from imitate.formats.session_log import read_session
@@ -156,6 +180,9 @@ class Engine:
     decide: Callable[
         [tuple[Segment, ...], tuple[Decision, ...], Demonstration, Settings], tuple[Segment, ...]
     ] = decide
+    changes: Callable[[Demonstration, tuple[Segment, ...], Settings], tuple[Interval, ...]] = changes
+    split_time: Callable[[Demonstration, Segment, Settings], float] = split_time
+    write_decisions: Callable[[Path, tuple[Decision, ...]], None] = write_decisions
     recorded: Callable[[Path], Iterator[Event]] = recorded
     observe: Callable[[Task, Stop], Iterator[float | Seen]] = observe
     learn: Callable[[Task, Stop], Iterator[float | Event]] = learn

@@ -11,7 +11,7 @@ from imitate.demonstration import Demonstration
 from imitate.events import Event
 from imitate.formats.kind import Kind
 from imitate.skill import Decision, Segment
-from imitate.tui.state import Step
+from imitate.tui.state import Interval, Step
 
 
 @dataclass
@@ -41,6 +41,21 @@ class Undo(Message):
     """Take back the last decision that still holds."""
 
 
+class Redo(Message):
+    """Do again what was undone last."""
+
+
+@dataclass
+class Split(Message):
+    """Split a segment, where that explains most."""
+
+    segment: int
+
+
+class Write(Message):
+    """Write the decisions to a file."""
+
+
 class Learn(Message):
     """Start learning."""
 
@@ -65,6 +80,14 @@ class Opened(Message):
     demonstration: Demonstration
     segments: tuple[Segment, ...]
     lost: dict[str, int] = field(default_factory=dict)
+
+
+@dataclass
+class Weighed(Message):
+    """From when to when, with 90 % probability, the motion changes at each boundary of ``segments``."""
+
+    segments: tuple[Segment, ...]
+    changes: tuple[Interval, ...]
 
 
 @dataclass
@@ -110,7 +133,7 @@ class Ended(Message):
 
 @dataclass
 class Failed(Message):
-    """Work of a kind ("open", "observe", "learn") failed; ``error`` is written for the person."""
+    """Work of a kind ("open", "observe", "weigh", "learn") failed; ``error`` is written for the person."""
 
     work: str
     error: str

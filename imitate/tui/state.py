@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from imitate.formats.kind import Kind
 
 Step = Literal["load", "observe", "review", "learn", "done"]
+Interval = tuple[float, float]
 
 
 @dataclass
@@ -31,6 +32,8 @@ class State:
         kind: what it is.
         found: segments as the search found them.
         segments: those that result from the operator's ``decisions``.
+        changes: from when to when, with 90 % probability, the motion changes at each boundary, seconds since
+            the first frame; empty until it is known for these ``segments``.
         observed: share of a recording's frames that were tracked, 0 to 1.
         lost: hand or object → frames in which it was not seen.
         unseen: why a recording could not be observed; empty while it can.
@@ -49,6 +52,7 @@ class State:
     found: tuple[Segment, ...] = ()
     segments: tuple[Segment, ...] = ()
     decisions: tuple[Decision, ...] = ()
+    changes: tuple[Interval, ...] = ()
     observed: float = 0.0
     lost: dict[str, int] = field(default_factory=dict)
     unseen: str = ""
@@ -102,17 +106,25 @@ class State:
     def show(self, demonstration: Demonstration, segments: tuple[Segment, ...]) -> None:
         """A demonstration was read or observed, and cut."""
         self.demonstration, self.found, self.segments = demonstration, segments, segments
-        self.decisions = ()
+        self.decisions, self.changes = (), ()
 
     def decide(self, decision: Decision, segments: tuple[Segment, ...]) -> None:
         """The operator overruled something; ``segments`` result."""
         self.decisions = (*self.decisions, decision)
-        self.segments = segments
+        self.segments, self.changes = segments, ()
 
     @property
     def undoable(self) -> int:
         """How many decisions can still be undone."""
         return sum(-1 if decision.kind == "undo" else 1 for decision in self.decisions)
+
+    @property
+    def redoable(self) -> int:
+        """How many undone decisions can be done again: nothing else was decided after them."""
+        undone = 0
+        for decision in self.decisions:
+            undone = max(0, undone + {"undo": 1, "redo": -1}.get(decision.kind, -undone))
+        return undone
 
     def begin(self, log: Path | None) -> None:
         """Learning starts."""

@@ -59,8 +59,16 @@ def decision_in_words(decision: Decision) -> str:
             return "undone"
         case "redo":
             return "done again"
-        case _:
-            return f"{decision.kind} at skill {decision.segment + 1}"
+        case "split":
+            return f"skill {decision.segment + 1} split at {decision.time:.2f} s"
+        case "merge":
+            return f"skills {decision.segment + 1} and {decision.segment + 2} merged"
+
+
+def change_in_words(change: tuple[float, float]) -> str:
+    """From when to when a change lies."""
+    low, high = change
+    return f"{low:.2f}–{high:.2f} s"
 
 
 def verdict(progress: Progress, alpha: float) -> str:

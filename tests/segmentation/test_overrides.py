@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from stacking import RIGHT, Stacking, perform
 
 from imitate.errors import UsageError
-from imitate.segmentation import apply_decisions, segment
+from imitate.segmentation import apply_decisions, changes, segment, split_time
 from imitate.settings import Segmentation
 from imitate.skill import Abstraction, Decision
 
@@ -55,6 +55,22 @@ def test_split_makes_two_of_one():
 def test_merge_undoes_split():
     whole = after(Decision("split", 1, time=3.0), Decision("merge", 1))
     assert [replace(s, human=False) for s in whole] == list(FOUND)
+
+
+@pytest.mark.parametrize("boundary", [0, 1])
+def test_where_a_merged_segment_is_best_split_lies_the_change(boundary):
+    whole = after(Decision("merge", boundary))
+    time = split_time(DEMONSTRATION, whole[boundary], ROBUST)
+    low, high = changes(DEMONSTRATION, FOUND, ROBUST)[boundary].interval(0.99)
+    assert low <= time <= high
+    again = after(Decision("merge", boundary), Decision("split", boundary, time=time))
+    assert [s.abstraction for s in again] == [s.abstraction for s in FOUND]
+
+
+def test_what_is_too_short_is_not_split():
+    short = replace(FOUND[0], end=FOUND[0].start + 0.15)
+    with pytest.raises(UsageError, match=r"too short to be split; each part must last 0.1 s"):
+        split_time(DEMONSTRATION, short, ROBUST)
 
 
 def test_undo_takes_back_the_last_that_still_holds():
