@@ -201,6 +201,8 @@ class Learning(_Section):
     """m from the shown pose in the reference's frame."""
     near_angle: float = Field(default=15.0, gt=0)
     """degrees, likewise."""
+    symmetric: tuple[str, ...] = ()
+    """objects that count as unturned when they look the same: boxes, up to a tenth between their sides."""
     rest_time: float = Field(default=0.2, gt=0)
     """s over which a body at rest moves less than a tenth of `near` and `near_angle`."""
     cost_threshold: float = Field(default=20.0, gt=0)

@@ -43,6 +43,10 @@ def learn(
         str | None,
         typer.Option("--robot", metavar="NAME|FILE.toml", help="The arm: panda, iiwa, xarm6, or one's own."),
     ] = None,
+    symmetric: Annotated[
+        list[str] | None,
+        typer.Option("--symmetric", metavar="NAME", help="An object that may end turned, if it looks alike."),
+    ] = None,
     settings_file: console.SettingsFile = None,
     seed: console.Seed = 0,
     seeds: Annotated[
@@ -73,7 +77,9 @@ def learn(
     if seeds and seed:
         raise UsageError(f"--seed {seed} and --seeds {seeds}: give one of them.")
     swept = seeds_of(seeds) if seeds else ()
-    given = ({"mode": mode} if mode else {}) | ({"world": {"robot": robot}} if robot else {})
+    given: dict[str, Any] = {"mode": mode} if mode else {}
+    given |= {"world": {"robot": robot}} if robot else {}
+    given |= {"learning": {"symmetric": symmetric}} if symmetric else {}
     settings = load_settings(settings_file, given)
     if output:
         require_mcap(output)

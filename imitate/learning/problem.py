@@ -12,6 +12,7 @@ from imitate.errors import ImitateError
 from imitate.geometry import Array, align_signs, angle_between, relative, resample
 from imitate.learning.grasp import grasp_of
 from imitate.learning.placement import Placement, misplaced, placements, resting, trajectory_of
+from imitate.perception.symmetry import nearest_alike
 from imitate.policy.dmp import imitate, response
 from imitate.policy.orientation import CHANNELS, to_channels
 from imitate.record import TrialRecord
@@ -30,6 +31,7 @@ class Problem:
         lets_go: what the demonstration has the hand leave next, having carried it.
         placed: where objects are that earlier skills placed; this one must not undo them.
         object_names: in the order of a record's objects.
+        symmetric: object → size (3,) m of those whose turned poses that look the same are the same.
     """
 
     formulation: Formulation
@@ -38,6 +40,7 @@ class Problem:
     lets_go: tuple[str, ...]
     placed: tuple[Placement, ...]
     object_names: tuple[str, ...]
+    symmetric: dict[str, Array]
 
 
 def formulate(
@@ -79,6 +82,11 @@ def formulate(
         lets_go=tuple(b for b in abstraction.carried for s in later if b not in s.abstraction.carried),
         placed=tuple(p for p in placements(demonstration, earlier) if p.name not in abstraction.relevant),
         object_names=demonstration.object_names,
+        symmetric={
+            name: demonstration.object_sizes[k]
+            for k, name in enumerate(demonstration.object_names)
+            if name in settings.learning.symmetric
+        },
     )
 
 
@@ -100,10 +108,14 @@ def check_durations(segments: tuple[Segment, ...], settings: Settings) -> None:
 
 
 def _ends(problem: Problem, record: TrialRecord, body: str) -> Array:
-    # Pose of a body in the reference's frame at a trial's end.
+    # Pose of a body in the reference's frame at a trial's end; of those that look the same, the one nearest
+    # to what was shown.
     reference = problem.formulation.abstraction.reference
     names = problem.object_names
-    return relative(trajectory_of(record, names, reference)[-1], trajectory_of(record, names, body)[-1])
+    pose = relative(trajectory_of(record, names, reference)[-1], trajectory_of(record, names, body)[-1])
+    if body not in problem.symmetric:
+        return pose
+    return nearest_alike(pose, problem.symmetric[body], problem.shown[body])
 
 
 def cost_of(problem: Problem, record: TrialRecord, unreachable: bool, settings: Learning) -> CostTerms:

@@ -20,7 +20,7 @@ def turns(size: Array) -> Array:
 
 
 def nearest_alike(pose: Array, size: Array, to: Array) -> Array:
-    """``pose`` (7,) turned so that the box looks the same and is turned least from ``to`` (7,)."""
+    """``pose`` (7,) turned so that a box of ``size`` looks the same and is turned least from ``to`` (7,)."""
     alike = quaternion_multiply(pose[3:], turns(size))
     return np.concatenate([pose[:3], alike[np.argmin(angle_between(alike, to))]])
 

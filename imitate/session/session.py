@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from imitate import events
 from imitate.demonstration import TABLE, Demonstration, in_table_frame, interpolated
-from imitate.errors import DemonstrationError, SceneError
+from imitate.errors import DemonstrationError, SceneError, UnknownNameError
 from imitate.events import Event
 from imitate.formats.mapping import Mapping
 from imitate.formats.session_log import SessionWriter
@@ -70,6 +70,7 @@ def run(
         ImitateError: the source, the settings or the scene is not one to learn from.
     """
     source = read_source(request.source, request.settings, request.seed, watching, request.mapping)
+    request = replace(request, settings=_settings_for(source, request.settings))
     with ExitStack() as stack:
         listeners: list[Callable[[Event], None]] = []
         for event in _course(request, source, stack):
@@ -80,6 +81,17 @@ def run(
             yield event
             if should_stop():
                 return
+
+
+def _settings_for(source: Source, settings: Settings) -> Settings:
+    # What cannot be told from itself turned, by the operator and, but for the paper's mode, by the tracker.
+    names, learning = source.demonstration.object_names, settings.learning
+    for name in learning.symmetric:
+        if name not in names:
+            raise UnknownNameError(f"symmetric object of {source.name}:", name, names)
+    seen = () if settings.mode == "faithful" else source.symmetric
+    symmetric = tuple(name for name in names if name in (*learning.symmetric, *seen))
+    return settings.model_copy(update={"learning": learning.model_copy(update={"symmetric": symmetric})})
 
 
 def _listeners(request: Request, stack: ExitStack) -> list[Callable[[Event], None]]:

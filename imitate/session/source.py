@@ -26,12 +26,14 @@ class Source:
         hash: SHA-256 of the file, hexadecimal.
         demonstration: as read or as observed.
         lost: hand or object → frames in which it was not seen.
+        symmetric: objects that the tracker cannot tell from themselves turned: it sees each in one colour.
     """
 
     name: str
     hash: str
     demonstration: Demonstration
     lost: dict[str, int] = field(default_factory=dict)
+    symmetric: tuple[str, ...] = ()
 
 
 def read_source(
@@ -60,7 +62,7 @@ def read_source(
     from imitate.perception.observe import observe  # Open3D takes seconds, and trajectories need none of it
 
     seen = observe(path, settings, seed, watching)
-    return Source(path.name, digest, seen.demonstration, seen.lost_frames)
+    return Source(path.name, digest, seen.demonstration, seen.lost_frames, seen.demonstration.object_names)
 
 
 def _hash(path: Path) -> str:

@@ -10,6 +10,7 @@ from records import gripping, moved, still
 
 from imitate.geometry import angle_between, compose, from_yaw, relative, resample
 from imitate.learning.problem import cost_of, failure_of, formulate, misses_of
+from imitate.segmentation import segment
 from imitate.settings import Settings, load_settings, parse_settings
 from imitate.skill import Formulation
 from imitate.world.scene import World, scene_of
@@ -148,3 +149,27 @@ def test_the_imitated_policy_moves_as_shown_in_every_form(stacking, form, orient
     assert np.linalg.norm(path[:, :3] - shown[:, :3], axis=1).max() < 0.005
     assert np.rad2deg(angle_between(path, shown)).max() < 3
     assert np.linalg.norm(path[-1, :3] - policy.goal[:3]) < 0.002
+
+
+@pytest.mark.parametrize(
+    ("quarters", "symmetric", "right"), [(1, True, True), (2, True, True), (1, False, False)]
+)
+def test_a_symmetric_cube_may_end_turned_by_quarters(
+    short_demonstration, carry_problem, perfect, quarters, symmetric, right
+):
+    names = ["cubeA"] if symmetric else []
+    settings = load_settings(None, {"learning": {"symmetric": names}})
+    problem = formulate(
+        short_demonstration, _segments(short_demonstration), carry_problem.formulation, settings
+    )
+    poses = perfect.object_poses.copy()
+    half = quarters * np.pi / 4
+    poses[:, 0] = compose(poses[:, 0], [0, 0, 0, 0, 0, np.sin(half), np.cos(half)])
+    turned = replace(perfect, object_poses=poses)
+    cost = cost_of(problem, turned, False, settings.learning)
+    assert (cost.terminal == pytest.approx(0, abs=1e-6)) == right
+    assert (misses_of(problem, turned, "", cost, settings.learning) == ()) == right
+
+
+def _segments(demonstration):
+    return segment(demonstration, Settings().segmentation)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from imitate import events
-from imitate.errors import FileError, SceneError
+from imitate.errors import FileError, SceneError, UsageError
 from imitate.formats.demonstrations import write_demonstration
 from imitate.formats.session_log import read_session, summarise
 from imitate.session.replay import replay
@@ -211,3 +211,9 @@ def test_learn_prints_its_contract(source, tmp_path):
         "relevant", "reference", "actions", "trials", "updates", "cost", "success", "accepted",
     }  # fmt: skip
     assert result.exit_code == (0 if report["reproduced"] else 3)
+
+
+def test_a_symmetric_object_that_is_not_there_is_named(source):
+    settings = load_settings(None, {"learning": {"symmetric": ["cubeC"]}})
+    with pytest.raises(UsageError, match=r"unknown symmetric object of carry.npz: 'cubeC'.*cubeA, cubeB"):
+        next(run(Request(source, settings, 0)))
