@@ -3,10 +3,14 @@
 from dataclasses import replace
 from pathlib import Path
 
+import hypothesis
 import pytest
 
 from imitate.demonstration import Demonstration, in_table_frame
 from imitate.formats.demonstrations import read_demonstration
+
+hypothesis.settings.register_profile("untimed", deadline=None)  # other work on the machine fails no test
+hypothesis.settings.load_profile("untimed")
 
 FIXTURES = Path(__file__).parents[1] / "fixtures"
 

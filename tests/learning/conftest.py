@@ -29,7 +29,7 @@ def carry_problem(short_demonstration):
     return formulate(short_demonstration, segments, formulation, SETTINGS)
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def perfect(short_demonstration):
     """A record of 2 s in which everything stands where the demonstration ends, the gripper open."""
     return still(short_demonstration)

@@ -4,8 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from records import gripping
 
 from imitate.events import TrialFinished
+from imitate.geometry import normalised
 from imitate.learning.exploration import adapted, first_spread, improved, sample
 from imitate.settings import Settings, parse_settings
 from imitate.skill import CostTerms, Policy
@@ -36,13 +40,82 @@ def test_the_mean_goes_to_the_cheapest_trial(exploration):
     np.testing.assert_array_equal(moved.goal, MEAN.goal)
 
 
-@pytest.mark.parametrize("exploration", ["constant", "covariance", "power"])
-def test_the_order_of_trials_does_not_matter(exploration):
+ALL = ("constant", "covariance", "power", "per-kernel")
+GOAL = {"goal_noise": 0.03, "goal_turn_noise": 0.07}
+
+
+def recorded(tried: list[TrialFinished], record, terminal, switched) -> list[TrialFinished]:
+    """The trials with these terminal costs, the gripper of each closed from the given tick on (-1: never)."""
+    closed = [np.arange(len(record.commands)) >= (k if k >= 0 else np.inf) for k in switched]
+    return [
+        replace(trial, cost=CostTerms(cost, 0, 0), record=gripping(record, 20.0 * shut))
+        for trial, cost, shut in zip(tried, terminal, closed, strict=True)
+    ]
+
+
+@pytest.mark.parametrize("exploration", ALL)
+@given(order=st.permutations(range(6)))
+def test_the_order_of_trials_does_not_matter(exploration, perfect, order):
+    s = settings(exploration, **GOAL)
+    spread, costs = first_spread(MEAN, s), [5.0, 1.0, 40.0, 12.0, 7.0, 3.0]
+    tried = recorded(trials(s, 6, spread), perfect, costs, [-1, 0, 30, 60, 90, 119])
+    mixed, their = [tried[k] for k in order], [costs[k] for k in order]
+    a, b = improved(MEAN, tried, costs, s), improved(MEAN, mixed, their, s)
+    for field in ("pose_weights", "gripper_weights", "goal"):
+        np.testing.assert_allclose(getattr(a, field), getattr(b, field), rtol=1e-9, atol=1e-9)
+        assert not np.allclose(getattr(a, field), getattr(MEAN, field))
+    c, d = (adapted(spread, MEAN, *of, s) for of in ((tried, costs), (mixed, their)))
+    if c is not None and d is not None:
+        np.testing.assert_allclose(c.pose, d.pose, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(c.gripper, d.gripper, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("exploration", ALL)
+@given(cost=st.floats(0, 200), tick=st.integers(-1, 119))
+def test_equal_costs_move_by_the_mean_of_the_noise_alone(exploration, perfect, cost, tick):
+    s = settings(exploration, **GOAL)
+    spread = first_spread(MEAN, s)
+    tried = recorded(trials(s, 6, spread), perfect, [cost] * 6, [tick] * 6)
+    policies = [trial.policies[-1] for trial in tried]
+    moved = improved(MEAN, tried, [cost] * 6, s)
+    noise = [p.pose_weights + (p.pose_noise if len(p.pose_noise) else 0) for p in policies]
+    squeeze = [p.gripper_weights + (p.gripper_noise if len(p.gripper_noise) else 0) for p in policies]
+    np.testing.assert_allclose(moved.pose_weights, np.mean(noise, axis=0), atol=1e-9)
+    np.testing.assert_allclose(moved.gripper_weights, np.mean(squeeze, axis=0), atol=1e-9)
+    np.testing.assert_allclose(moved.goal, normalised(np.mean([p.goal for p in policies], axis=0)), atol=1e-9)
+
+
+@pytest.mark.parametrize("exploration", ALL)
+def test_equal_costs_of_opposite_noise_move_nothing(exploration, perfect):
     s = settings(exploration)
-    tried, costs = trials(s, 6, first_spread(MEAN, s)), [5.0, 1.0, 40.0, 12.0, 7.0, 3.0]
-    a, b = improved(MEAN, tried, costs, s), improved(MEAN, tried[::-1], costs[::-1], s)
-    np.testing.assert_allclose(a.pose_weights, b.pose_weights)
-    np.testing.assert_allclose(a.gripper_weights, b.gripper_weights, atol=1e-12)
+    there = trials(s, 5, first_spread(MEAN, s))
+    back = [replace(t, policies=(mirrored(t.policies[-1]),)) for t in there]
+    tried = recorded([*there, *back], perfect, [30.0] * 10, [40] * 10)
+    moved = improved(MEAN, tried, [30.0] * 10, s)
+    np.testing.assert_allclose(moved.pose_weights, MEAN.pose_weights, atol=1e-9)
+    np.testing.assert_allclose(moved.gripper_weights, MEAN.gripper_weights, atol=1e-9)
+
+
+def mirrored(policy: Policy) -> Policy:
+    """The policy on the other side of the mean."""
+    return replace(
+        policy,
+        pose_weights=2 * MEAN.pose_weights - policy.pose_weights,
+        gripper_weights=2 * MEAN.gripper_weights - policy.gripper_weights,
+        pose_noise=-policy.pose_noise,
+        gripper_noise=-policy.gripper_noise,
+    )
+
+
+def test_equal_costs_leave_a_covariance_to_the_spread_that_was_tried():
+    s = settings("covariance", covariance_rate=0.3, least_noise=0.0)
+    spread = first_spread(MEAN, s)
+    assert spread is not None
+    tried = trials(s, 6, spread)
+    after = adapted(spread, MEAN, tried, [9.0] * 6, s)
+    assert after is not None
+    noise = np.array([t.policies[-1].gripper_weights for t in tried])
+    np.testing.assert_allclose(after.gripper, 0.7 * spread.gripper + 0.3 * noise.T @ noise / 6, atol=1e-9)
 
 
 def test_the_goal_is_learned_where_it_has_noise():

@@ -1,5 +1,6 @@
 """Orientation as channels: what goes in comes out, and the logarithm is zero at the goal."""
 
+import hypothesis
 import numpy as np
 import pytest
 from hypothesis import given
@@ -44,11 +45,33 @@ def test_more_than_half_a_circle_keeps_its_way_round():
 
 @pytest.mark.parametrize("channels", [6, 7])
 def test_a_turn_is_imitated_within_a_tenth_of_a_degree(channels):
-    along = np.linspace(0, 1, 300)
-    smooth = 10 * along**3 - 15 * along**4 + 6 * along**5
-    poses = align_signs(np.array([pose([s, 0, 0], [1.2 * s, -0.5 * s, 0.8 * s]) for s in smooth]))
+    poses = align_signs(np.array([pose([s, 0, 0], [1.2 * s, -0.5 * s, 0.8 * s]) for s in smooth(300)]))
     shape = response(300, 30, 4.6, 50.0)
     shown = to_channels(poses, poses[-1], channels)
     path = to_poses(rollout(shape, shown[0], shown[-1], imitate(shape, shown, shown[-1])), poses[-1])
     assert np.rad2deg(angle_between(path, poses)).max() < 0.1
     np.testing.assert_allclose(np.linalg.norm(path[:, 3:], axis=1), 1)
+
+
+@pytest.mark.parametrize("original", [False, True])
+@pytest.mark.parametrize("channels", [6, 7])
+@hypothesis.settings(max_examples=25)
+@given(a=arrays(float, 3, elements=st.floats(-0.8, 0.8)), b=arrays(float, 3, elements=st.floats(-0.8, 0.8)))
+def test_time_scales_nothing_else_for_poses(channels, original, a, b):
+    # One movement's weights over a duration of 300 and of 600 ticks: the same poses at proportional times.
+    poses = align_signs(np.array([pose(s * np.ones(3), a + s * (b - a)) for s in smooth(300)]))
+    goal = poses[-1]
+    shown = to_channels(poses, goal, channels)
+    weights = imitate(response(300, 30, 4.6, 50.0, original), shown, shown[-1])
+    short, long = (
+        to_poses(rollout(response(n, 30, 4.6, 50.0, original), shown[0], shown[-1], weights), goal)
+        for n in (300, 599)
+    )
+    assert np.linalg.norm(long[::2, :3] - short[:, :3], axis=1).max() < 0.01 * np.sqrt(3)
+    assert angle_between(long[::2], short).max() <= 0.01 * np.linalg.norm(b - a) + 0.01
+
+
+def smooth(count):
+    """From 0 to 1 with the least jerk."""
+    along = np.linspace(0, 1, count)
+    return 10 * along**3 - 15 * along**4 + 6 * along**5

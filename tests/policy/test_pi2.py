@@ -37,6 +37,21 @@ def test_equal_costs_move_by_the_mean_of_the_noise_alone(noise):
     assert np.allclose(constant_update(noise, np.full(K, 7.0), 10.0), noise.mean(axis=0))
 
 
+@given(noises, st.floats(0, 100))
+def test_equal_costs_to_go_move_each_kernel_by_the_mean_of_its_noise(noise, cost):
+    # Equal between rollouts at each time, not over time.
+    activations = np.random.default_rng(0).dirichlet(np.ones(4), 20)
+    to_go = np.tile(np.linspace(cost, 0, 20)[:, None], K)
+    assert np.allclose(per_kernel_update(noise, to_go, activations, 10.0), noise.mean(axis=0))
+
+
+@given(noises, arrays(float, (20, K), elements=st.floats(0, 100)), st.permutations(range(K)))
+def test_the_order_of_trials_does_not_matter_to_a_kernel(noise, to_go, order):
+    activations, order = np.random.default_rng(0).dirichlet(np.ones(4), 20), list(order)
+    a, b = (per_kernel_update(noise[k], to_go[:, k], activations, 10.0) for k in (slice(None), order))
+    assert np.allclose(a, b)
+
+
 @given(noises, costs, st.permutations(range(K)))
 def test_the_order_of_trials_does_not_matter(noise, s, order):
     order = list(order)
