@@ -20,10 +20,10 @@ RATIO = 1.8
 SHORT = parse_settings(
     {
         "learning": {
-            "evaluation_starts": 4,
+            "evaluation_starts": 2,
             "reproduction_starts": 2,
             "candidate_starts": 1,
-            "first_rollouts": 4,
+            "first_rollouts": 2,
             "updates": 1,
         }
     }
