@@ -14,7 +14,7 @@ from typing import Literal
 
 from imitate.demonstration import Demonstration
 from imitate.record import SceneSpec, TrialRecord
-from imitate.skill import CostTerms, Decision, Formulation, Miss, Policy, Segment, Term
+from imitate.skill import CostTerms, Decision, Formulation, InitiationSet, Miss, Policy, Segment, Term
 
 Purpose = Literal["prepare", "explore", "choose", "evaluate", "reproduce"]
 
@@ -191,40 +191,59 @@ class Reformulated:
 
 @dataclass(frozen=True)
 class OptionLearned:
-    """An option ⟨I, π, β⟩ was accepted for a segment."""
+    """An option ⟨I, π, β⟩ was accepted for a segment.
+
+    Attributes:
+        segment, formulation: indices; they say β.
+        policy: π.
+        initiation: I; None in sessions of before it was kept.
+        ends: of the trials by which P of the option before it was estimated, those in which its β held.
+        ends_inside: how many of them end in I.
+    """
 
     segment: int
     formulation: int
     policy: Policy
+    initiation: InitiationSet | None = None
+    ends: int = 0
+    ends_inside: int = 0
 
 
 @dataclass(frozen=True)
 class Reproduced:
-    """The whole task from perturbed starts, judged by where the objects end."""
+    """The whole task from perturbed starts, judged by where the objects end.
+
+    Attributes:
+        successes, trials, low, high: with Wilson's interval at 95 %.
+        reproduced: whether at least α of them succeeded.
+        outside: trials in which an option began outside its initiation set.
+        outside_failed: how many of those failed.
+    """
 
     successes: int
     trials: int
     low: float
     high: float
     reproduced: bool
+    outside: int = 0
+    outside_failed: int = 0
 
 
 @dataclass(frozen=True)
 class Kept:
-    """The best policy of a skill that was not learned, and of how many starts it succeeded."""
+    """Whose policy was the best of a skill that was not learned: it is in that formulation's evidence."""
 
     segment: int
     formulation: int
     successes: int
     trials: int
-    policy: Policy
 
 
 @dataclass(frozen=True)
 class SessionFinished:
     """The end. ``advice`` names the skill that failed, what was tried and what to do next; else empty.
 
-    Where a skill was not learnable, ``best`` is the best policy that was found for it.
+    Where a skill was not learnable, ``best`` says which policy came nearest.
     """
 
     reproduced: bool

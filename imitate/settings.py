@@ -221,6 +221,11 @@ class Learning(_Section):
     unreachable_cost: float = Field(default=200.0, ge=0)
     """terminal cost of a trial that was stopped at a pose out of reach."""
 
+    initiation_threshold: float = Field(default=0.5, gt=0, le=1)
+    """p of success from which a start is in an option's initiation set: more likely than not."""
+    initiation_doubt: float = Field(default=1.0, gt=0)
+    """trials that would have to succeed at an untried place for p = 0.5 there."""
+
     model_threshold: float = Field(default=50.0, ge=0)
     """α_model: natural-log gap to the best abstraction within which others are tried."""
     formulations: int = Field(default=12, ge=1)

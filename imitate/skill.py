@@ -198,3 +198,62 @@ class Policy:
     def __post_init__(self) -> None:
         for name in ("start", "goal", "pose_weights", "gripper_weights", "pose_noise", "gripper_noise"):
             object.__setattr__(self, name, read_only(getattr(self, name)))
+
+
+@dataclass(frozen=True)
+class InitiationSet:
+    """I of an option: the starts from which it is likely to succeed, as what was tried.
+
+    Attributes:
+        bodies, reference: whose poses a start is made of, and in whose frame.
+        starts: (n, B, 7) those tried.
+        succeeded: (n,) 1 where β held at the end, else 0.
+        foretold: (n,) p of each start, learned from the others alone.
+        mean: (B, 7) the mean start.
+        decorrelation: (6B, 6B) takes deviations from it, m and rotation vectors in rad, to where distances
+            count.
+        width: of the kernel, there.
+        doubt: weight of what is not known, against that of one trial at the same place.
+        threshold: p from which a start is in I.
+    """
+
+    bodies: tuple[str, ...]
+    reference: str
+    starts: Array
+    succeeded: Array
+    foretold: Array
+    mean: Array
+    decorrelation: Array
+    width: float
+    doubt: float
+    threshold: float
+
+    def __post_init__(self) -> None:
+        for name in ("starts", "succeeded", "foretold", "mean", "decorrelation"):
+            object.__setattr__(self, name, read_only(getattr(self, name)))
+
+    @property
+    def precision(self) -> tuple[int, int]:
+        """How many succeeded, of those whose success the others foretell."""
+        inside = self.foretold >= self.threshold
+        return int(self.succeeded[inside].sum()), int(inside.sum())
+
+    @property
+    def recall(self) -> tuple[int, int]:
+        """How many the others foretell, of those that succeeded."""
+        good = self.succeeded > 0
+        return int((self.foretold[good] >= self.threshold).sum()), int(good.sum())
+
+    @property
+    def failures(self) -> int:
+        """How many of the starts failed."""
+        return int(len(self.succeeded) - self.succeeded.sum())
+
+    def __str__(self) -> str:
+        """How good it is, for an operator."""
+        seen = f"{self.failures} failed" if self.failures else "none failed, so no failure was ever foretold"
+        (right, called), (found, good) = self.precision, self.recall
+        return (
+            f"initiation set of {len(self.succeeded)} trials, {seen}: "
+            f"precision {right} of {called}, recall {found} of {good}"
+        )

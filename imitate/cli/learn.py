@@ -166,6 +166,13 @@ def _narrate(event: Event) -> None:
             console.narrate(f"skill {event.segment + 1}: {event.reason}")
         case OptionLearned():
             console.narrate(f"skill {event.segment + 1}: learned")
+            if event.initiation:
+                console.narrate(f"skill {event.segment + 1}: {event.initiation}")
+            if outside := event.ends - event.ends_inside:
+                console.narrate(
+                    f"skill {event.segment + 1}: {outside} of {event.ends} ends of skill {event.segment} "
+                    "lie outside its initiation set"
+                )
 
 
 def _show(progress: Progress, seconds: float) -> None:

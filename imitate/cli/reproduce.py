@@ -49,6 +49,11 @@ def reproduce(
             elif isinstance(event, Reproduced):
                 result = event
     assert result is not None
+    if result.outside:
+        console.narrate(
+            f"{result.outside_failed} of {result.outside} starts failed in which a skill began outside its "
+            "initiation set"
+        )
     if as_json:
         keys = ("successes", "trials", "low", "high")
         console.write_json({key: getattr(result, key) for key in keys})

@@ -10,7 +10,12 @@ import numpy as np
 
 from imitate.demonstration import HAND
 from imitate.events import Event, Evidence, Shortfall, TrialFinished
+from imitate.geometry import Array
 from imitate.learning.improve import Learned
+from imitate.learning.initiation import initiation_set, start_of
+from imitate.learning.option import Option
+from imitate.learning.problem import Problem
+from imitate.settings import Learning
 from imitate.skill import Miss, Policy, Term
 
 _NEVER = ("untouched", "open", "missed")
@@ -24,17 +29,29 @@ _GRASPS = {
 }
 
 
+@dataclass(frozen=True)
+class _Judged:
+    # A trial that counts towards P: its policy, its misses, and where hand and objects (K + 1, 7) ended.
+    policy: Policy
+    misses: tuple[Miss, ...]
+    end: Array
+
+
 @dataclass
 class Witness:
     """Remembers what the trials of one formulation came to, without their steps.
 
     Attributes:
+        problem: the formulation's.
         costs: total costs of the exploring trials, in a list for each update that came before them.
-        judged: the policy and the misses of each trial that counts towards P.
+        judged: those that count towards P.
+        begun: (policy, (B, 7) start in the reference's frame, success) of every trial in which it began.
     """
 
+    problem: Problem
     costs: dict[int, list[float]] = field(default_factory=lambda: defaultdict(list))
-    judged: list[tuple[Policy, tuple[Miss, ...]]] = field(default_factory=list)
+    judged: list[_Judged] = field(default_factory=list)
+    begun: list[tuple[Policy, Array, bool]] = field(default_factory=list)
 
     def attend(self, course: Generator[Event, None, Learned]) -> Generator[Event, None, Learned]:
         """The course unchanged, its trials remembered."""
@@ -51,12 +68,19 @@ class Witness:
     def _remember(self, trial: TrialFinished) -> None:
         if trial.purpose == "explore":
             self.costs[trial.update].append(trial.cost.total)
+        policy, record = trial.policies[-1], trial.record
+        if trial.purpose == "prepare" or record is None:
+            return
         if trial.purpose == "evaluate":
-            self.judged.append((trial.policies[-1], trial.misses))
+            end = np.vstack([record.hand_poses[-1:], record.object_poses[-1]])
+            self.judged.append(_Judged(policy, trial.misses, end))
+        if len(record.option_starts) == len(trial.policies):
+            start = start_of(record, self.problem.object_names, self.problem.formulation.abstraction)
+            self.begun.append((policy, start, trial.success))
 
     def evidence(self, learned: Learned) -> Evidence:
         """What was seen of the policy that was learned."""
-        misses = [misses for policy, misses in self.judged if policy is learned.policy]
+        misses = [trial.misses for trial in self.judged if trial.policy is learned.policy]
         success = learned.success
         return Evidence(
             successes=success.successes,
@@ -68,6 +92,19 @@ class Witness:
             mean_costs=tuple(float(np.mean(costs)) for costs in self.costs.values()),
             shortfalls=shortfalls(misses),
             policy=learned.policy,
+        )
+
+    def option(self, learned: Learned, settings: Learning) -> Option:
+        """The option that was learned, I from every trial that its policy ran in."""
+        begun = [(start, ok) for policy, start, ok in self.begun if policy is learned.policy]
+        ends = [t.end for t in self.judged if t.policy is learned.policy and not t.misses]
+        starts, succeeded = np.array([start for start, _ in begun]), np.array([ok for _, ok in begun], float)
+        abstraction = self.problem.formulation.abstraction
+        return Option(
+            self.problem,
+            learned.policy,
+            initiation_set(abstraction, starts, succeeded, settings),
+            np.array(ends).reshape(len(ends), -1, 7),
         )
 
 

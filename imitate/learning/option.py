@@ -2,22 +2,33 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from imitate.geometry import Array
 from imitate.learning.problem import Problem
-from imitate.skill import Policy
+from imitate.skill import InitiationSet, Policy
 
 _Z = 1.959963984540054  # 97.5 % quantile of the normal distribution
 
 
 @dataclass(frozen=True)
 class Option:
-    """⟨I, π, β⟩: I is where the options before it end, π a policy, β the problem's judgement at the end."""
+    """⟨I, π, β⟩: from where it is likely to succeed, a policy, and the problem's judgement at the end.
+
+    Attributes:
+        problem: its `misses_of` is β.
+        policy: π.
+        initiation: I; None in sessions of before it was kept.
+        ends: (m, K + 1, 7) world poses of the hand and the K objects where β held, over the trials by which P
+            was estimated.
+    """
 
     problem: Problem
     policy: Policy
+    initiation: InitiationSet | None = None
+    ends: Array = field(default_factory=lambda: np.zeros((0, 0, 7)))
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from imitate.demonstration import Demonstration
 from imitate.events import Event, Evidence, FormulationStarted, Kept, OptionLearned, Reformulated
 from imitate.learning.evidence import Witness, failings, in_words, strayed
 from imitate.learning.improve import Improvement
+from imitate.learning.initiation import probability, seen_from
 from imitate.learning.option import Option
 from imitate.learning.problem import Problem, formulate
 from imitate.learning.trials import Trials
@@ -84,14 +85,14 @@ def learn_options(
         problem = formulate(demonstration, segments, formulation, settings)
         mean = _first_mean(problem, attempts[i])
         prefix = tuple(option.policy for option in options)
-        witness = Witness()
+        witness = Witness(problem)
         course = Improvement(problem, prefix, mean, trials, entropy).run(shown)
         learned = yield from witness.attend(course)
         evidence = witness.evidence(learned)
         attempts[i].tried.append((problem, evidence))
         if learned.accepted:
-            yield OptionLearned(i, formulation.index, learned.policy)
-            options.append(Option(problem, learned.policy))
+            options.append(witness.option(learned, settings.learning))
+            yield _learned(options)
             if len(options) == len(segments):
                 return Search(tuple(options))
             reason = "the skills before it are learned"
@@ -117,6 +118,20 @@ def _first_mean(problem: Problem, attempts: _Attempts) -> Policy:
             weights = evidence.policy.pose_weights
             return replace(problem.imitated, pose_weights=weights, pose_noise=none)
     return problem.imitated
+
+
+def _learned(options: list[Option]) -> OptionLearned:
+    # Also whether the option before the new one ends where the new one is likely to succeed.
+    new, formulation = options[-1], options[-1].problem.formulation
+    ends = options[-2].ends if len(options) > 1 else np.zeros((0, 0, 7))
+    inside = 0
+    if new.initiation:
+        names, abstraction = new.problem.object_names, formulation.abstraction
+        p = [probability(new.initiation, seen_from(abstraction, names, end)) for end in ends]
+        inside = sum(chance >= new.initiation.threshold for chance in p)
+    return OptionLearned(
+        formulation.segment, formulation.index, new.policy, new.initiation, len(ends), inside
+    )
 
 
 def _next_reason(
@@ -164,5 +179,5 @@ def _given_up(
     return Search(
         options,
         f"{skill}: {'; '.join(lines)}. {kept}",
-        Kept(i, index, best.successes, best.trials, best.policy),
+        Kept(i, index, best.successes, best.trials),
     )

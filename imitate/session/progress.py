@@ -48,12 +48,13 @@ class Attempt:
     converged: str = ""
     evaluated: events.Evaluated | None = None
     given_up: str = ""
-    learned: bool = False
+    evidence: events.Evidence | None = None
+    learned: events.OptionLearned | None = None
 
     @property
     def accepted(self) -> bool:
         """Whether P(β=1|π) reached α."""
-        return self.learned or bool(self.evaluated and self.evaluated.accepted)
+        return bool(self.learned or (self.evaluated and self.evaluated.accepted))
 
     @property
     def explored(self) -> int:
@@ -155,9 +156,9 @@ class Progress:
             case events.Evaluated():
                 attempt.evaluated = event
             case events.Reformulated(reason=reason):
-                attempt.given_up = reason
+                attempt.given_up, attempt.evidence = reason, event.evidence
             case events.OptionLearned():
-                attempt.learned = True
+                attempt.learned = event
 
 
 def learn_report(progress: Progress, session: Path | str, wall_s: float) -> dict[str, Any]:
@@ -193,4 +194,25 @@ def _formulation_report(attempt: Attempt) -> dict[str, Any]:
             "high": judged.high if judged else 1.0,
         },
         "accepted": attempt.accepted,
+        "failed_of": _failed_of(attempt.evidence),
+        "initiation": _initiation_report(attempt.learned),
+    }
+
+
+def _failed_of(evidence: events.Evidence | None) -> list[dict[str, Any]]:
+    keys = ("body", "term", "grasp", "starts", "distance", "angle")
+    return [{key: getattr(s, key) for key in keys} for s in evidence.shortfalls] if evidence else []
+
+
+def _initiation_report(learned: events.OptionLearned | None) -> dict[str, Any] | None:
+    if learned is None or learned.initiation is None:
+        return None
+    initiation = learned.initiation
+    return {
+        "trials": len(initiation.succeeded),
+        "failures": initiation.failures,
+        "precision": list(initiation.precision),
+        "recall": list(initiation.recall),
+        "ends": learned.ends,
+        "ends_inside": learned.ends_inside,
     }

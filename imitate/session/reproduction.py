@@ -17,7 +17,7 @@ from imitate.learning.problem import formulate
 from imitate.learning.reproduce import reproduce
 from imitate.learning.trials import ExecutorFactory, Trials
 from imitate.settings import settings_from_toml
-from imitate.skill import Formulation, Policy, Segment
+from imitate.skill import Formulation, Segment
 from imitate.world.robot_files import located
 
 
@@ -48,7 +48,7 @@ def reproduce_session(
     started: events.SessionStarted | None = None
     segments: tuple[Segment, ...] = ()
     stated: dict[tuple[int, int], Formulation] = {}
-    learned: dict[int, tuple[Formulation, Policy]] = {}
+    learned: dict[int, tuple[Formulation, events.OptionLearned]] = {}
     for event in read_session(path):
         match event:
             case events.SessionStarted():
@@ -59,7 +59,7 @@ def reproduce_session(
                 stated[f.segment, f.index] = f
                 learned = {i: option for i, option in learned.items() if i < f.segment}
             case events.OptionLearned():
-                learned[event.segment] = stated[event.segment, event.formulation], event.policy
+                learned[event.segment] = stated[event.segment, event.formulation], event
     if started is None:
         raise FileError(path, "holds no session", "Make one: imitate learn DEMONSTRATION")
     if missing := [i for i in range(max(len(segments), 1)) if i not in learned]:
@@ -74,8 +74,8 @@ def reproduce_session(
     settings = settings.model_copy(update={"learning": settings.learning.model_copy(update=wider)})
     demonstration = interpolated(started.demonstration)
     options = tuple(
-        Option(formulate(demonstration, segments, formulation, settings), policy)
-        for formulation, policy in learned.values()
+        Option(formulate(demonstration, segments, formulation, settings), option.policy, option.initiation)
+        for formulation, option in learned.values()
     )
     with Trials(factory, located(started.scene, robot), settings) as trials:
         seeds = np.random.SeedSequence(seed)

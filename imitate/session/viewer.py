@@ -240,7 +240,9 @@ def _in_words(event: Event) -> str:
             verdict = "accepted" if event.accepted else "not accepted"
             return f"skill {event.segment + 1}: success in {rate}: {verdict}"
         case OptionLearned():
-            return f"skill {event.segment + 1} is learned"
+            return f"skill {event.segment + 1} is learned" + (
+                f"; {event.initiation}" if event.initiation else ""
+            )
         case Reproduced():
             return f"the whole task: success in {event.successes} of {event.trials}"
         case SessionFinished():

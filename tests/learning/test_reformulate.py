@@ -1,6 +1,7 @@
 """Algorithm 1: the order of formulations, the step back, and what is said when all fail."""
 
 import pytest
+from records import still
 
 from imitate.events import FormulationStarted, OptionLearned, Reformulated, TrialFinished
 from imitate.learning import reformulate
@@ -44,6 +45,7 @@ class FakeTrials:
 def scripted(monkeypatch, stacking):
     """Runs the search with formulations that succeed or fail, in their order, as a script says."""
     demonstration, segments = stacking
+    record = still(demonstration)
 
     def run(script, formulations=12, grasp=OPEN):
         outcomes = iter(script)
@@ -61,11 +63,11 @@ def scripted(monkeypatch, stacking):
                 for n, total in enumerate((26.0, 27.0, 25.0)):
                     cost = CostTerms(total, 0.0, 0.0)
                     yield TrialFinished(
-                        f.segment, f.index, n, "explore", n, (policy,), cost, ok, words, None, misses
+                        f.segment, f.index, n, "explore", n, (policy,), cost, ok, words, record, misses
                     )
                 for n in range(20):
                     yield TrialFinished(
-                        f.segment, f.index, 3 + n, "evaluate", 3, (policy,), cost, ok, words, None, misses
+                        f.segment, f.index, 3 + n, "evaluate", 3, (policy,), cost, ok, words, record, misses
                     )
                 return Learned(policy, 1.0, Success(20 if ok else 0, 20), float(ok), ok, words)
 
@@ -107,6 +109,17 @@ def test_the_gripper_is_added_when_the_hands_path_alone_fails(scripted):
     assert (shortfall.starts, shortfall.distance) == (20, 0.14)
     assert len(search.options) == 2
     assert not search.given_up
+
+
+def test_an_option_is_learned_with_its_initiation_set_and_checked_against_the_one_before(scripted):
+    seen, search = scripted([True, True])
+    first, second = [e for e in seen if isinstance(e, OptionLearned)]
+    assert (first.ends, first.ends_inside) == (0, 0)
+    assert (second.ends, second.ends_inside) == (20, 20)
+    assert first.initiation.bodies == ("hand", "cubeA")
+    assert first.initiation.starts.shape == (23, 2, 7)
+    assert first.initiation.precision == first.initiation.recall == (23, 23)
+    assert [o.initiation for o in search.options] == [first.initiation, second.initiation]
 
 
 def test_a_body_that_was_carried_elsewhere_is_not_said_to_have_been_left(scripted):

@@ -95,6 +95,8 @@ def test_report_is_the_json_contract() -> None:
         "cost": 14.75,
         "success": {"successes": 19, "trials": 20, "low": 0.8, "high": 1.0},
         "accepted": True,
+        "failed_of": [],
+        "initiation": None,
     }
 
 

@@ -208,7 +208,8 @@ def test_learn_prints_its_contract(source, tmp_path):
     assert set(report) == {"session", "seed", "segments", "reproduced", "wall_s"}
     formulation = report["segments"][0]["formulations"][0]
     assert set(formulation) == {
-        "relevant", "reference", "actions", "trials", "updates", "cost", "success", "accepted",
+        "relevant", "reference", "actions", "trials", "updates", "cost", "success", "accepted", "failed_of",
+        "initiation",
     }  # fmt: skip
     assert result.exit_code == (0 if report["reproduced"] else 3)
 
