@@ -15,7 +15,7 @@ import typer
 from imitate.errors import ImitateError
 
 if TYPE_CHECKING:
-    from rich.progress import Progress
+    from rich.progress import Progress, ProgressColumn
     from rich.table import Table
 
 SettingsFile = Annotated[
@@ -131,8 +131,12 @@ def show(result: Table) -> None:
     console.print(result, crop=False, soft_wrap=False)
 
 
-def progress() -> Progress:
-    """A progress bar on stderr, to be entered as a context; silent where stderr is no terminal."""
+def progress(*more: ProgressColumn) -> Progress:
+    """A progress bar on stderr, to be entered as a context; silent where stderr is no terminal.
+
+    Args:
+        more: columns at its end.
+    """
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
@@ -142,6 +146,7 @@ def progress() -> Progress:
         BarColumn(),
         TextColumn("{task.percentage:>3.0f}%"),
         TimeElapsedColumn(),
+        *more,
         console=console,
         transient=True,
         disable=not console.is_terminal,

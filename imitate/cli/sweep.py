@@ -13,9 +13,11 @@ import typer
 from imitate.cli import console
 
 if TYPE_CHECKING:
+    from rich.progress import ProgressColumn
+
     from imitate.session.progress import Progress
     from imitate.session.session import Request
-    from imitate.session.sweep import Swept
+    from imitate.session.sweep import Board, Swept
 
 _MOST = 1000
 """sessions in one sweep."""
@@ -48,7 +50,7 @@ def sweep(request: Request, logs: dict[int, Path], as_json: bool) -> None:
         request: its ``workers`` is how many sessions run at a time; an ``rrd`` asks for one beside each log.
     """
     from imitate.errors import ImitateError
-    from imitate.session.sweep import session_pool
+    from imitate.session.sweep import Board, session_pool
     from imitate.session.sweep import sweep as run
 
     requests = [
@@ -56,16 +58,16 @@ def sweep(request: Request, logs: dict[int, Path], as_json: bool) -> None:
         for k, log in logs.items()
     ]
     began = time.monotonic()
-    with console.progress() as bar:
+    board = Board(len(requests))
+    with console.progress(_running(board, tuple(logs))) as bar:
         task = bar.add_task(f"0 of {len(logs)} sessions", total=len(logs))
 
         def finished(swept: Swept) -> None:
             bar.advance(task)
             bar.update(task, description=f"{bar.tasks[task].completed:.0f} of {len(logs)} sessions")
-            if says := _says(swept):
-                console.narrate(f"seed {swept.request.seed}: {says}")
+            console.narrate(f"seed {swept.request.seed}: {_says(swept)}")
 
-        results = run(requests, session_pool(request.workers), finished)
+        results = run(requests, session_pool(request.workers, board), finished)
     if all(swept.error for swept in results):
         raise ImitateError(results[0].error)
     _show(results, round(time.monotonic() - began, 3), as_json)
@@ -73,10 +75,23 @@ def sweep(request: Request, logs: dict[int, Path], as_json: bool) -> None:
         raise typer.Exit(console.Exit.LOSSY)
 
 
+def _running(board: Board, seeds: tuple[int, ...]) -> ProgressColumn:
+    # A column that says, whenever the bar is drawn, where each session is.
+    from rich.progress import ProgressColumn, Task
+    from rich.text import Text
+
+    class Running(ProgressColumn):
+        def render(self, _: Task) -> Text:
+            now = board.running().items()
+            return Text(", ".join(f"seed {seeds[k]}: skill {skill}, {n} trials" for k, (skill, n) in now))
+
+    return Running()
+
+
 def _says(swept: Swept) -> str:
     if swept.error or not swept.progress.finished:
         return swept.error or "stopped"
-    return swept.progress.finished.advice
+    return swept.progress.finished.advice or f"reproduced, {swept.wall_s:.0f} s"
 
 
 def _show(results: tuple[Swept, ...], seconds: float, as_json: bool) -> None:

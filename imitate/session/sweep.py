@@ -44,6 +44,29 @@ class Swept:
         return bool(self.progress.finished and self.progress.finished.reproduced)
 
 
+class Board:
+    """Where each session of a sweep is, for whoever looks.
+
+    Plain numbers in shared memory: nobody waits for anybody, whoever dies.
+    """
+
+    def __init__(self, sessions: int) -> None:
+        self._numbers = get_context("spawn").RawArray("i", 2 * sessions)
+
+    def note(self, session: int, skill: int, trials: int) -> None:
+        """Session number ``session`` of the sweep is at this skill, from 1, after so many trials."""
+        self._numbers[2 * session : 2 * session + 2] = [skill, trials]
+
+    def clear(self, session: int) -> None:
+        """That session has ended."""
+        self.note(session, 0, 0)
+
+    def running(self) -> dict[int, tuple[int, int]]:
+        """Session → (skill, trials) of those that have begun to learn and not ended."""
+        pairs = zip(self._numbers[::2], self._numbers[1::2], strict=True)
+        return {k: pair for k, pair in enumerate(pairs) if pair[0]}
+
+
 def sweep(
     requests: Sequence[Request],
     factory: ExecutorFactory,
@@ -91,7 +114,7 @@ def _run_rest(
     # What stands under a name now is what a worker left that died: it may be overwritten.
     try:
         futures: dict[Future[Swept], int] = {
-            executor.submit(_session, replace(request, force=True)): k
+            executor.submit(_session, k, replace(request, force=True)): k
             for k, request in enumerate(requests)
             if k not in done
         }
@@ -106,22 +129,23 @@ def _run_rest(
     executor.shutdown(wait=True)
 
 
-def session_pool(workers: int) -> ExecutorFactory:
-    """A factory of local processes that run a session at a time each.
+def session_pool(workers: int, board: Board | None = None) -> ExecutorFactory:
+    """A factory of local processes that run a session at a time each, and note on ``board`` how far it is.
 
     Cancelling, the end of this process included, stops each session after its present trial: its files are
     whole then, and end where it stopped.
     """
-    return partial(_SessionPool, workers)
+    return partial(_SessionPool, workers, board)
 
 
 class _SessionPool(ProcessPoolExecutor):
     """Processes whose sessions stop when the pool is cancelled."""
 
-    def __init__(self, workers: int) -> None:
+    def __init__(self, workers: int, board: Board | None) -> None:
         spawn = get_context("spawn")
         self._cancelled = spawn.Event()
-        super().__init__(workers, mp_context=spawn, initializer=_prepare, initargs=(self._cancelled,))
+        given = self._cancelled, board
+        super().__init__(workers, mp_context=spawn, initializer=_prepare, initargs=given)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         if cancel_futures:
@@ -131,12 +155,15 @@ class _SessionPool(ProcessPoolExecutor):
 
 _running = threading.Lock()
 _stops: list[Flag] = []
+_boards: list[Board] = []
 
 
-def _prepare(cancelled: Flag) -> None:
+def _prepare(cancelled: Flag, board: Board | None) -> None:
     # Ctrl-C is the parent's affair. A worker whose parent was killed ends its session well, and then itself.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _stops.append(cancelled)
+    if board:
+        _boards.append(board)
     parent = parent_process()
 
     def wait() -> None:
@@ -153,16 +180,30 @@ def _should_stop() -> bool:
     return any(flag.is_set() for flag in _stops)
 
 
-def _session(request: Request) -> Swept:
+def _watching(_done: int, _of: int) -> None:
+    if _should_stop():
+        raise ImitateError("stopped before its first trial.")
+
+
+def _session(number: int, request: Request) -> Swept:
     progress, error = Progress(), ""
     began = time.monotonic()
     with _running:
         try:
             if not _should_stop():
-                for event in run(request, _should_stop):
+                for event in run(request, _should_stop, _watching):
                     progress.fold(event)
+                    _note(number, progress)
         except ImitateError as problem:
             error = str(problem)
         except Exception as fault:
             error = f"unexpected {type(fault).__name__}: {fault}. This is a fault of imitate."
+        for board in _boards:
+            board.clear(number)
     return Swept(request, progress, error, round(time.monotonic() - began, 3))
+
+
+def _note(number: int, progress: Progress) -> None:
+    for board in _boards:
+        skill = progress.present.formulation.segment + 1 if progress.present else 0
+        board.note(number, skill, progress.counts.total())

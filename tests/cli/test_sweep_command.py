@@ -104,7 +104,7 @@ def test_json_is_the_reports_of_single_sessions(learn):
 
 def test_all_reproduced_is_done_and_no_viewer_file_is_asked_for(learn):
     code, out, err, asked = learn("--seeds", "0", "--no-rrd", fate=[GOOD])
-    assert (code, err) == (0, "")
+    assert (code, err) == (0, "seed 0: reproduced, 61 s\n")
     assert "1 of 1 sessions reproduced the task" in out
     assert asked[0].rrd is None
 

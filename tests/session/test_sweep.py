@@ -16,7 +16,7 @@ from imitate.formats.session_log import read_session
 from imitate.session import sweep as module
 from imitate.session.progress import Progress
 from imitate.session.session import Request, run
-from imitate.session.sweep import Swept, session_pool, sweep
+from imitate.session.sweep import Board, Swept, session_pool, sweep
 from imitate.settings import load_settings, to_toml
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -55,9 +55,9 @@ def alone(source, tmp_path_factory):
 
 
 def outline(progress):
-    return [
-        [(a.formulation, a.trials, a.evaluated) for a in skill.attempts] for skill in progress.skills
-    ], progress.finished
+    attempts = [a for skill in progress.skills for a in skill.attempts]
+    judged = [(a.formulation, a.trials, a.evaluated.successes, a.evaluated.cost) for a in attempts]
+    return judged, progress.finished.advice
 
 
 def test_each_writes_what_it_writes_alone_and_one_that_fails_is_said(source, alone, tmp_path):
@@ -77,6 +77,24 @@ def test_each_writes_what_it_writes_alone_and_one_that_fails_is_said(source, alo
     assert (tmp_path / "a.mcap").read_bytes() != alone[0]
     assert [swept.reproduced for swept in results] == [False] * 3
     assert results[0].wall_s > 0
+
+
+def test_where_each_session_is_can_be_seen_meanwhile(source, monkeypatch):
+    board, seen = Board(3), []
+    monkeypatch.setattr(module, "_boards", [board])
+    board.note(2, 1, 9)
+
+    class Seen(Progress):
+        def fold(self, event):
+            seen.append(board.running())
+            super().fold(event)
+
+    monkeypatch.setattr(module, "Progress", Seen)
+    module._session(1, Request(source, TINY, 3, 0))
+    assert seen[0] == {2: (1, 9)}
+    assert [where[1] for where in seen[3:]] == sorted(where[1] for where in seen[3:])
+    assert seen[-1] == {1: (1, 3), 2: (1, 9)}
+    assert board.running() == {2: (1, 9)}
 
 
 def test_a_cluster_runs_whole_sessions_too(source, alone, tmp_path):
@@ -101,7 +119,7 @@ def test_a_file_that_exists_stops_it_all_before_anything_runs(source, tmp_path):
     assert sorted(tmp_path.iterdir()) == [there]
 
 
-def _die_until(count, folder, request):
+def _die_until(count, folder, _number, request):
     if len(list(folder.iterdir())) < count:
         (folder / str(os.getpid())).touch()
         os.kill(os.getpid(), signal.SIGKILL)
@@ -130,7 +148,7 @@ def _unexpected(*_):
 
 def test_a_fault_of_ours_costs_that_session_alone(source, monkeypatch):
     monkeypatch.setattr(module, "run", _unexpected)
-    error = module._session(Request(source, TINY, 0)).error
+    error = module._session(0, Request(source, TINY, 0)).error
     assert error == "unexpected ZeroDivisionError: seven. This is a fault of imitate."
 
 
