@@ -251,9 +251,9 @@ class InitiationSet:
 
     def __str__(self) -> str:
         """How good it is, for an operator."""
-        seen = f"{self.failures} failed" if self.failures else "none failed, so no failure was ever foretold"
+        failed = f"{self.failures} failed" if self.failures else "none failed"
         (right, called), (found, good) = self.precision, self.recall
         return (
-            f"initiation set of {len(self.succeeded)} trials, {seen}: "
-            f"precision {right} of {called}, recall {found} of {good}"
+            f"initiation set: precision {right}/{called}, recall {found}/{good} "
+            f"({len(self.succeeded)} trials, {failed})"
         )

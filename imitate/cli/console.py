@@ -105,8 +105,16 @@ def write_json(value: Any) -> None:
     write(json.dumps(value, ensure_ascii=False, allow_nan=False))
 
 
-def narrate(text: str) -> None:
-    """One line for the person, on stderr."""
+def narrate(text: str, wrapped: bool = False) -> None:
+    """One line for the person, on stderr; ``wrapped`` at words, on a terminal, where it is a long one."""
+    if wrapped and sys.stderr.isatty():
+        import shutil
+        import textwrap
+
+        width = shutil.get_terminal_size().columns
+        text = textwrap.fill(
+            text, width, subsequent_indent="    ", break_long_words=False, break_on_hyphens=False
+        )
     typer.echo(text, err=True)
 
 

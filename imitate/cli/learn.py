@@ -163,16 +163,15 @@ def _narrate(event: Event) -> None:
             for number, s in enumerate(segments, start=1):
                 console.narrate(f"skill {number}: {s.start:.2f}–{s.end:.2f} s {s.abstraction}")
         case Reformulated():
-            console.narrate(f"skill {event.segment + 1}: {event.reason}")
+            console.narrate(f"skill {event.segment + 1}: {event.reason}", wrapped=True)
         case OptionLearned():
-            console.narrate(f"skill {event.segment + 1}: learned")
+            skill = f"skill {event.segment + 1}"
+            console.narrate(f"{skill}: learned")
             if event.initiation:
-                console.narrate(f"skill {event.segment + 1}: {event.initiation}")
+                console.narrate(f"{skill}: {event.initiation}", wrapped=True)
             if outside := event.ends - event.ends_inside:
-                console.narrate(
-                    f"skill {event.segment + 1}: {outside} of {event.ends} ends of skill {event.segment} "
-                    "lie outside its initiation set"
-                )
+                ends = f"{outside} of {event.ends} ends of skill {event.segment}"
+                console.narrate(f"{skill}: {ends} lie outside its initiation set", wrapped=True)
 
 
 def _show(progress: Progress, seconds: float) -> None:

@@ -21,7 +21,7 @@ from imitate.formats import session_log
 from imitate.formats.kind import kind_of
 from imitate.formats.mcap_file import McapReader, contents
 from imitate.formats.session_log import SessionReader, SessionWriter, read_session, summarise
-from imitate.skill import Decision
+from imitate.skill import Decision, Grasp, InitiationSet, Miss
 
 
 def written(path: Path, story: list[Event]) -> Path:
@@ -67,6 +67,29 @@ def test_odd_numbers_survive(tmp_path: Path) -> None:
     assert same(read.policies, trial.policies)
     assert str(read.cost) == str(terms)
     assert np.signbit(read.cost.terminal)
+
+
+def test_what_was_found_of_a_formulation_comes_back(tmp_path: Path) -> None:
+    grasp = Grasp("slipped", 3.2, 5.1, 0.04)
+    misses = (Miss("position", "blue ends 90 mm off", "blue", 0.09, 0.1, grasp), Miss("reach", "too far"))
+    shortfall = events.Shortfall("blue", "position", "slipped", 20, 0.09, 0.1, "blue ends 90 mm off")
+    evidence = events.Evidence(
+        0, 20, 0.0, 0.16, 15, (26.0, 25.5), (30.0, 29.0), (shortfall,), scripted.POLICY
+    )
+    initiation = InitiationSet(
+        ("hand", "blue"), "green", np.ones((3, 2, 7)), np.array([1.0, 0, 1]), np.array([0.5, 0.4, -0.0]),
+        np.ones((2, 7)), np.eye(12), 1.5, 1.0, 0.5,
+    )  # fmt: skip
+    story: list[Event] = [
+        scripted.started(),
+        replace(scripted.trial(1, 0, 0, "evaluate", 0, 1.0, "far"), misses=misses),
+        events.Reformulated(1, 0, "why", evidence),
+        events.OptionLearned(1, 1, scripted.POLICY, initiation, 20, 19),
+        events.Reproduced(1, 2, 0.1, 0.9, False, 1, 1),
+        events.SessionFinished(False, "advice", events.Kept(1, 0, 3, 20)),
+    ]
+    read = list(read_session(written(tmp_path / "s.mcap", story)))
+    assert all(same(before, after) for before, after in zip(story, read, strict=True))
 
 
 def test_the_same_session_gives_the_same_bytes(tmp_path: Path, session: Path, story: list[Event]) -> None:

@@ -85,11 +85,11 @@ def test_each_start_is_foretold_from_the_others_alone():
         assert tried.foretold[i] == probability(learned(where[others], ok[others]), where[i])
 
 
-def test_words_say_what_was_never_seen():
+def test_words_say_whether_a_failure_was_ever_seen():
     assert str(learned(starts(26), np.ones(26))) == (
-        "initiation set of 26 trials, none failed, so no failure was ever foretold: "
-        "precision 26 of 26, recall 26 of 26"
+        "initiation set: precision 26/26, recall 26/26 (26 trials, none failed)"
     )
+    assert str(learned(starts(26), np.arange(26) > 0)).endswith("(26 trials, 1 failed)")
     nothing_near = learned(starts(1), [1])
     assert (nothing_near.precision, nothing_near.recall) == ((0, 0), (0, 1))
 

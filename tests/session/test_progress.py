@@ -6,11 +6,12 @@ import json
 from collections.abc import Iterable
 from dataclasses import replace
 
+import numpy as np
 import scripted
 
 from imitate import events
 from imitate.session.progress import Progress, learn_report
-from imitate.skill import Decision
+from imitate.skill import Decision, InitiationSet
 
 
 def folded(story: Iterable[events.Event]) -> Progress:
@@ -98,6 +99,33 @@ def test_report_is_the_json_contract() -> None:
         "failed_of": [],
         "initiation": None,
     }
+
+
+def test_report_says_what_failed_and_how_good_an_initiation_set_is() -> None:
+    shortfall = events.Shortfall("blue", "position", "open", 20, 0.14, 0.2, "blue ends 140 mm off")
+    evidence = events.Evidence(0, 20, 0.0, 0.16, 10, (40.0,), (41.0,), (shortfall,), scripted.POLICY)
+    initiation = InitiationSet(
+        ("hand", "blue"), "green", np.ones((4, 2, 7)),
+        np.array([1.0, 1, 1, 0]), np.array([0.9, 0.8, 0.2, 0.6]), np.ones((2, 7)), np.eye(12), 1.5, 1.0, 0.5,
+    )  # fmt: skip
+    story = []
+    for event in scripted.session():
+        if isinstance(event, events.Reformulated):
+            event = replace(event, evidence=evidence)
+        if isinstance(event, events.OptionLearned) and event.segment == 1:
+            event = replace(event, initiation=initiation, ends=20, ends_inside=19)
+        story.append(event)
+    report = learn_report(folded(story), "s.mcap", 1.0)
+    assert json.loads(json.dumps(report)) == report
+    given_up, accepted = report["segments"][1]["formulations"]
+    assert given_up["initiation"] is None
+    assert given_up["failed_of"] == [
+        {"body": "blue", "term": "position", "grasp": "open", "starts": 20, "distance": 0.14, "angle": 0.2}
+    ]
+    assert accepted["failed_of"] == []
+    assert accepted["initiation"] == {
+        "trials": 4, "failures": 1, "precision": [2, 3], "recall": [2, 3], "ends": 20, "ends_inside": 19,
+    }  # fmt: skip
 
 
 def test_report_of_a_session_that_was_stopped_says_nothing_that_was_not_measured() -> None:
