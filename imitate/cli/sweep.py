@@ -83,7 +83,7 @@ def _running(board: Board, seeds: tuple[int, ...]) -> ProgressColumn:
     class Running(ProgressColumn):
         def render(self, _: Task) -> Text:
             now = board.running().items()
-            return Text(", ".join(f"seed {seeds[k]}: skill {skill}, {n} trials" for k, (skill, n) in now))
+            return Text("; ".join(f"seed {seeds[k]}: skill {skill}, {n} trials" for k, (skill, n) in now))
 
     return Running()
 

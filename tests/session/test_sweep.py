@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from functools import partial
 
 import pytest
@@ -97,17 +98,20 @@ def test_where_each_session_is_can_be_seen_meanwhile(source, monkeypatch):
     assert board.running() == {2: (1, 9)}
 
 
-def test_a_cluster_runs_whole_sessions_too(source, alone, tmp_path):
+def test_a_cluster_runs_whole_sessions_or_the_trials_of_sessions_here(source, alone, tmp_path):
     distributed = pytest.importorskip("distributed", reason="the extra imitate[cluster] is not installed")
     from imitate.learning.cluster import cluster
 
-    log = tmp_path / "3.mcap"
+    there, here = (Request(source, TINY, 3, 0, log=tmp_path / f"{name}.mcap") for name in ("there", "here"))
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=2, host="127.0.0.1", dashboard_address=":0", protocol="tcp://"
-    ) as here:
-        (swept,) = sweep([Request(source, TINY, 3, 0, log=log)], cluster(here.scheduler_address))
-    assert not swept.error
-    assert log.read_bytes() == alone[0]
+    ) as running:
+        address = running.scheduler_address
+        results = sweep([there], cluster(address))
+        results += sweep([replace(here, cluster=address)], session_pool(1))
+    assert [swept.error for swept in results] == ["", ""]
+    assert there.log.read_bytes() == alone[0]
+    assert here.log.read_bytes() == alone[0]
 
 
 def test_a_file_that_exists_stops_it_all_before_anything_runs(source, tmp_path):
