@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import BrokenExecutor, Executor, Future
 from dataclasses import replace
 from functools import partial
 
@@ -123,27 +124,42 @@ def test_a_file_that_exists_stops_it_all_before_anything_runs(source, tmp_path):
     assert sorted(tmp_path.iterdir()) == [there]
 
 
-def _die_until(count, folder, _number, request):
-    if len(list(folder.iterdir())) < count:
-        (folder / str(os.getpid())).touch()
+def _die_once(folder, _number, request):
+    if not (folder / "died").exists():
+        (folder / "died").touch()
         os.kill(os.getpid(), signal.SIGKILL)
     return Swept(request, Progress(), f"ran with seed {request.seed}", 0.0)
 
 
 def test_a_worker_that_dies_costs_only_a_repeat(source, tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "_session", partial(_die_until, 1, tmp_path))
+    monkeypatch.setattr(module, "_session", partial(_die_once, tmp_path))
     asked = [Request(source, TINY, seed, 0) for seed in (5, 6, 7)]
     results = sweep(asked, session_pool(1))
     assert [swept.error for swept in results] == [f"ran with seed {seed}" for seed in (5, 6, 7)]
     assert [swept.request for swept in results] == asked
-    assert len(list(tmp_path.iterdir())) == 1
+    assert (tmp_path / "died").exists()
 
 
-def test_workers_that_die_again_and_again_are_said(source, tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "_DEATHS_FORGIVEN", 1)
-    monkeypatch.setattr(module, "_session", partial(_die_until, 99, tmp_path))
-    with pytest.raises(ImitateError, match=r"died 2 times .* 0 of 1 sessions ended before"):
-        sweep([Request(source, TINY, 5, 0)], session_pool(1))
+class Dying(Executor):
+    """Every process of it dies at once."""
+
+    made = 0
+
+    def __init__(self):
+        Dying.made += 1
+
+    def submit(self, *_):
+        future = Future()
+        future.set_exception(BrokenExecutor("terminated abruptly"))
+        return future
+
+
+def test_workers_that_die_again_and_again_are_said(source):
+    with pytest.raises(
+        ImitateError, match=r"died 4 times \(terminated abruptly\).* 0 of 1 sessions ended before"
+    ):
+        sweep([Request(source, TINY, 5, 0)], Dying)
+    assert Dying.made == 4
 
 
 def _unexpected(*_):
