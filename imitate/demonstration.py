@@ -28,6 +28,8 @@ class Demonstration:
         objects: (T, K, 7) poses in the same frame.
         object_names: K distinct names, none of them "hand" or "table".
         object_sizes: (K, 3) metres along each object's x, y, z; NaN where not known.
+        opening: (T,) metres between the fingertips' inner surfaces, NaN where not seen; None where they never
+            were.
 
     Raises:
         DemonstrationError: when a field breaks one of these.
@@ -38,10 +40,13 @@ class Demonstration:
     objects: Array
     object_names: tuple[str, ...]
     object_sizes: Array
+    opening: Array | None = None
 
     def __post_init__(self) -> None:
         for field in ("t", "hand", "objects", "object_sizes"):
             object.__setattr__(self, field, read_only(getattr(self, field)))
+        if self.opening is not None:
+            object.__setattr__(self, "opening", read_only(self.opening))
         object.__setattr__(self, "object_names", tuple(str(name) for name in self.object_names))
         _check_shapes(self)
         _check_times(self.t)
@@ -125,6 +130,7 @@ def _check_shapes(d: Demonstration) -> None:
             "'table'."
         )
     expected = {"hand": (frames, 7), "objects": (frames, count, 7), "object_sizes": (count, 3)}
+    expected |= {"opening": (frames,)} if d.opening is not None else {}
     for field, shape in expected.items():
         got = getattr(d, field).shape
         if got != shape:
@@ -134,6 +140,12 @@ def _check_shapes(d: Demonstration) -> None:
     sizes = d.object_sizes[~np.isnan(d.object_sizes)]
     if np.any(sizes <= 0) or np.any(np.isinf(sizes)):
         raise DemonstrationError("object_sizes: not positive; expected metres, NaN where not known.")
+    if d.opening is not None and np.any((d.opening < 0) | np.isinf(d.opening)):
+        k = int(np.argmax((d.opening < 0) | np.isinf(d.opening)))
+        raise DemonstrationError(
+            f"opening: {d.opening[k]:.4g} m at frame {k}; expected metres between the fingertips, 0 when "
+            "they touch, NaN where not seen."
+        )
 
 
 def _check_times(t: Array) -> None:

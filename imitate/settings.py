@@ -169,6 +169,15 @@ class Learning(_Section):
     """standard deviation, as a share of the mean absolute pose weight."""
     gripper_noise: float = Field(default=40.0, ge=0)
     """N, standard deviation; where the phase falls evenly, 40 found a grasp more often than 60."""
+    gripper_from_opening: bool = False
+    """the gripper's first weights close it while the hand was seen closed; otherwise they are 0. Not in the
+    faithful mode, where the force is to be discovered."""
+    seen_force: float = Field(default=20.0, gt=0)
+    """N by which it closes then; in scripted schedules 20 held, 10 slipped (ALGORITHMS 5)."""
+    closed_share: float = Field(default=0.25, gt=0, lt=1)
+    """the hand counts as closed up to this share of the way from the narrowest opening to the widest."""
+    opening_range: float = Field(default=0.01, gt=0)
+    """m that lie between these two at least; less may be one opening, seen with noise."""
     least_noise: float = Field(default=0.1, ge=0, le=1)
     """the factor max(least_noise, (U − i − 1)/U) scales the noise at update i; with "covariance", no
     direction has less than this share of the first noise."""
@@ -285,6 +294,15 @@ class Settings(_Section):
     policy: PolicySettings = PolicySettings()
     learning: Learning = Learning()
     world: World = World()
+
+    @model_validator(mode="after")
+    def _force_is_private(self) -> Settings:
+        if self.mode == "faithful" and self.learning.gripper_from_opening:
+            raise ValueError(
+                "learning.gripper_from_opening is true, and in the faithful mode the gripper's force is to "
+                "be discovered; leave it out, or use the robust mode"
+            )
+        return self
 
 
 _FAITHFUL: dict[str, dict[str, Any]] = {

@@ -55,6 +55,11 @@ def spoiled(values: np.ndarray, index: tuple, value: float) -> np.ndarray:
         (lambda d: {"hand": spoiled(d.hand, (slice(1, 3),), np.nan)}, "hand: seen in 1 frames; expected at"),
         (lambda _: {"object_names": ()}, "object_names: empty; expected at least one object"),
         (lambda d: {"object_sizes": d.object_sizes * -1}, "object_sizes: not positive"),
+        (lambda _: {"opening": np.zeros((3, 1))}, r"opening: shape \(3, 1\); expected \(3,\)"),
+        (
+            lambda _: {"opening": np.array([0.1, np.nan, -0.01])},
+            "opening: -0.01 m at frame 2; expected metres",
+        ),
     ],
 )
 def test_what_is_wrong_is_said(demonstration, change, message):
@@ -102,6 +107,7 @@ def test_the_table_is_a_body_that_stays(demonstration):
 
 
 def test_nothing_can_be_changed(demonstration):
-    for values in (demonstration.t, demonstration.hand, demonstration.objects, demonstration.object_sizes):
+    d = replace(demonstration, opening=np.array([0.08, np.nan, 0.05]))
+    for values in (d.t, d.hand, d.objects, d.object_sizes, d.opening):
         with pytest.raises(ValueError, match="read-only"):
             values[0] = 0

@@ -101,9 +101,11 @@ def _demonstration(file: Path) -> dict[str, Any]:
 
     shown = read_demonstration(file)
     sizes = [None if np.isnan(size).any() else size.tolist() for size in shown.object_sizes]
+    seen = shown.opening[~np.isnan(shown.opening)] if shown.opening is not None else np.zeros(0)
     return {
         "frames": len(shown.t),
         "seconds": shown.duration,
+        "opening": [float(seen.min()), float(seen.max())] if len(seen) else None,
         "objects": [
             {"name": name, "size": size} for name, size in zip(shown.object_names, sizes, strict=True)
         ],
@@ -157,6 +159,8 @@ def _show(found: dict[str, Any]) -> None:
             facts.add_row(name, f"{value:,}" if type(value) is int and name != "seed" else str(value))
     if "seconds" in found:
         facts.add_row("seconds", f"{found['seconds']:.3f}")
+    if found.get("opening"):
+        facts.add_row("hand opens", " to ".join(f"{1000 * width:.0f}" for width in found["opening"]) + " mm")
     if "camera" in found:
         camera = found["camera"]
         size = f"{camera['width']}×{camera['height']}"

@@ -81,6 +81,8 @@ class Mapping(_Part):
         episode: which one, of a file with several.
         root: the frame of an MCAP file in which poses are to be given, z up.
         columns: list column → names of its elements, which are columns then.
+        opening: of the hand, between the fingertips: the sum of these numbers' absolute values, each finger's
+            way; of an MCAP file the topic.
         hand, objects: the bodies; objects by the name that they are to have.
     """
 
@@ -92,6 +94,7 @@ class Mapping(_Part):
     episode: int | None = Field(default=None, ge=0)
     root: str | None = None
     columns: dict[str, list[str]] = {}
+    opening: Columns | None = None
     hand: Body = Body()
     objects: dict[str, Body] = {}
 

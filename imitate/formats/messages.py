@@ -239,6 +239,8 @@ def _value(field: _Field, message: Any) -> Any:
         absent = field.default is None and not message.HasField(field.name)
         return None if absent else decode(field.inner, part)
     if field.kind == "array":
+        if field.default is None and not message.HasField(field.name):
+            return None
         return read_only(np.array(part.values, dtype=np.float64).reshape(tuple(part.shape)))
     if field.kind == "messages":
         return tuple(decode(field.inner, item) for item in part)

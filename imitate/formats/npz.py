@@ -1,7 +1,7 @@
 """Demonstration ⇄ NPZ.
 
-It holds t (T,), hand (T, 7), objects (T, K, 7), object_names (K,) and, where known, object_sizes (K, 3). With
-a mapping, any arrays of one length are columns.
+It holds t (T,), hand (T, 7), objects (T, K, 7), object_names (K,) and, where known, object_sizes (K, 3) and
+opening (T,). With a mapping, any arrays of one length are columns.
 """
 
 from __future__ import annotations
@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 
 from imitate.demonstration import Demonstration
 from imitate.errors import FileError
+from imitate.formats.opening import OPENING
 from imitate.formats.table import Table
 
 _SIZES = "object_sizes"
 _NEEDED = ("t", "hand", "objects", "object_names")
 _REMEDY = (
     "A demonstration holds t (T,), hand (T, 7), objects (T, K, 7), object_names (K,) and, where known, "
-    "object_sizes (K, 3)."
+    "object_sizes (K, 3) and opening (T,)."
 )
 
 
@@ -35,6 +36,8 @@ def read_npz(path: Path) -> Demonstration:
     names = tuple(str(name) for name in np.atleast_1d(held["object_names"]))
     sizes = held.get(_SIZES, np.full((len(names), 3), np.nan))
     arrays = {**{name: held[name] for name in _NEEDED[:3]}, _SIZES: sizes}
+    if OPENING in held:
+        arrays[OPENING] = held[OPENING]
     for name, array in arrays.items():
         if array.dtype.kind not in "fiu":
             raise FileError(path, f"{name} holds {array.dtype}, not numbers", _REMEDY)
@@ -50,6 +53,7 @@ def npz_table(path: Path) -> Table:
 
 def write_npz(demonstration: Demonstration, stream: IO[bytes]) -> None:
     """Writes everything, bit for bit."""
+    opening: dict[str, Any] = {} if demonstration.opening is None else {OPENING: demonstration.opening}
     np.savez_compressed(
         stream,
         t=demonstration.t,
@@ -57,6 +61,7 @@ def write_npz(demonstration: Demonstration, stream: IO[bytes]) -> None:
         objects=demonstration.objects,
         object_names=np.array(demonstration.object_names),
         object_sizes=demonstration.object_sizes,
+        **opening,
     )
 
 

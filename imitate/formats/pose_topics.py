@@ -2,7 +2,8 @@
 
 Ours holds one topic of foxglove.PoseInFrame for each object, named by the last part of the topic, and one
 that ends in "hand"; its times are whole nanoseconds, its sizes the metadata record "object_sizes". A body has
-no message where it was not seen; the times at which none was are the record "unseen". Of others' files see
+no message where it was not seen; the times at which none was are the record "unseen". The hand's opening is a
+topic of its own, a number at each time. Of others' files see
 `imitate.formats.tracks`: poses are taken at the hand's times.
 """
 
@@ -18,16 +19,19 @@ from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 
 from imitate.demonstration import HAND, Demonstration
 from imitate.errors import FileError
+from imitate.formats.curves import curve_channel, curve_message
 from imitate.formats.kind import METADATA, POSE_SCHEMAS, listed
 from imitate.formats.mapping import LENGTHS, Body, Mapping
 from imitate.formats.mcap_file import Channel, McapReader, McapWriter, contents, protobuf_channel
+from imitate.formats.opening import OPENING, in_metres
 from imitate.formats.table import with_offset
-from imitate.formats.tracks import Times, Track, Tracks, read_tracks
+from imitate.formats.tracks import NUMBERS, Times, Track, Tracks, read_tracks
 from imitate.geometry import Array
 
 FRAME = "world"
 """the frame that poses are given in, in our own files."""
 TOPIC = "/demonstration"
+_OPENING = f"{TOPIC}/opening"
 _SIZES = "object_sizes"
 _UNSEEN = "unseen"
 _WORDLESS = {"pose", "pose_stamped", "transform"}
@@ -66,9 +70,13 @@ def write_mcap(demonstration: Demonstration, stream: IO[bytes]) -> None:
     if unseen.any():
         times = (time for time, missed in zip(_nanoseconds(d.t), unseen, strict=True) if missed)
         metadata[_UNSEEN] = {"times": " ".join(map(str, times))}
-    with McapWriter(stream, pose_channels(d.object_names), metadata) as writer:
+    channels = pose_channels(d.object_names)
+    channels += [] if d.opening is None else [curve_channel(_OPENING)]
+    with McapWriter(stream, channels, metadata) as writer:
         for topic, message, time in pose_messages(d):
             writer.write(topic, message, time)
+        for opening, time in zip([] if d.opening is None else d.opening, _nanoseconds(d.t), strict=False):
+            writer.write(_OPENING, curve_message(OPENING, [float(opening)]), time)
 
 
 def read_mcap(path: Path, mapping: Mapping | None = None) -> Demonstration:
@@ -80,7 +88,9 @@ def read_mcap(path: Path, mapping: Mapping | None = None) -> Demonstration:
     """
     mapping = mapping or Mapping()
     reader = McapReader(path)
-    tracks = read_tracks(reader)
+    if isinstance(mapping.opening, list):
+        raise FileError(path, "is MCAP, and the mapping names columns for opening", 'Name its topic = "…".')
+    tracks = read_tracks(reader, mapping.opening)
     if reader.damage:
         raise FileError(path, f"is damaged: {reader.damage[0]}", "Record it again.")
     sizes = reader.metadata.get(_SIZES, {})
@@ -105,7 +115,23 @@ def read_mcap(path: Path, mapping: Mapping | None = None) -> Demonstration:
         objects=np.stack(list(poses.values()), axis=1),
         object_names=tuple(poses),
         object_sizes=np.array(given),
+        opening=_opening(tracks, mapping, times, own),
     )
+
+
+def _opening(tracks: Tracks, mapping: Mapping, times: Times, own: bool) -> Array | None:
+    if mapping.opening and mapping.opening not in tracks.numbers:
+        raise FileError(
+            tracks.path,
+            f"has no topic {mapping.opening!r} with numbers (for opening)",
+            f"Expected one of {', '.join(sorted({schema for schema, _ in NUMBERS}))}.",
+        )
+    for topic, track in tracks.numbers.items():
+        poses = _exactly(track, times) if own else track.at(times)
+        found = poses[:, 0] * LENGTHS[mapping.length_unit]
+        if own or mapping.opening or in_metres(topic, found):
+            return np.asarray(found)
+    return None
 
 
 def _topic(name: str) -> str:

@@ -2,7 +2,8 @@
 
 Without a mapping a body is recognised by its columns' names: NAME_x NAME_y NAME_z and NAME_qx NAME_qy NAME_qz
 NAME_qw, also with "." "/" or a space, and with words such as "position" between; one called "hand" is the
-hand. NAME_size_x … hold an object's size, the same in every row.
+hand. NAME_size_x … hold an object's size, the same in every row; "opening", "gripper_width" and the like the
+hand's opening.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from imitate.demonstration import HAND, Demonstration
 from imitate.errors import DemonstrationError, FileError
 from imitate.formats.mapping import LENGTHS, TIMES, Body
 from imitate.formats.mapping import Mapping as FileMapping
+from imitate.formats.opening import OPENING, in_metres, is_opening
 from imitate.geometry import Array, compose
 
 TIME_NAMES = ("t", "time", "timestamp", "time_s", "seconds")
@@ -78,6 +80,7 @@ def demonstration_of(table: Table, mapping: FileMapping) -> Demonstration:
         objects=np.stack(list(poses.values()), axis=1),
         object_names=tuple(poses),
         object_sizes=np.array([_size(table, objects[name], known.get(name, {})) for name in poses]),
+        opening=_opening(table, mapping),
     )
 
 
@@ -96,7 +99,7 @@ def columns_of(demonstration: Demonstration) -> dict[str, Array]:
         back = recognised(dict.fromkeys((f"{name}_{part}" for part in (*_AXES, *_SIZES)), 1))
         if name != name.strip() or list(back) != [name] or len(back[name]) != 10:
             raise DemonstrationError(f"object_names: {name!r} would not be recognised in a column's name.")
-    return columns
+    return columns if d.opening is None else {**columns, OPENING: d.opening}
 
 
 def recognised(names: Mapping[str, int | None]) -> dict[str, dict[str, str]]:
@@ -204,6 +207,20 @@ def _size(table: Table, body: Body, known: dict[str, str]) -> list[float]:
         return [np.nan] * 3
     sizes = _values(table, [known[axis] for axis in _SIZES], 3, "size")
     return [float(column[np.argmin(np.isnan(column))]) for column in sizes.T]
+
+
+def _opening(table: Table, mapping: FileMapping) -> Array | None:
+    # the sum over the fingers, whichever way each one counts
+    unit = LENGTHS[mapping.length_unit]
+    if mapping.opening is not None:
+        names = [mapping.opening] if isinstance(mapping.opening, str) else mapping.opening
+        fingers = np.concatenate([_column(table, name, OPENING) for name in names], axis=1)
+        return np.asarray(unit * np.abs(fingers).sum(axis=1))
+    for name in (name for name, width in table.widths.items() if width == 1 and is_opening(name)):
+        found = unit * _column(table, name, OPENING)[:, 0]
+        if in_metres(name, found):
+            return np.asarray(found)
+    return None
 
 
 def _values(table: Table, wanted: str | Sequence[str], width: int, body: str) -> Array:

@@ -1,7 +1,9 @@
 """Poses in an MCAP file, whoever wrote it: a track for each topic of poses and each frame of a tree.
 
 Read are foxglove.PoseInFrame, FrameTransform and FrameTransforms in Protocol Buffers, and in ROS 2's own
-encoding geometry_msgs/PoseStamped, PoseWithCovarianceStamped and TransformStamped and tf2_msgs/TFMessage.
+encoding geometry_msgs/PoseStamped, PoseWithCovarianceStamped and TransformStamped and tf2_msgs/TFMessage. The
+hand's opening is a number: std_msgs/Float64, Float32, Float64MultiArray, Float32MultiArray or
+sensor_msgs/JointState, of several numbers the sum of their absolute values.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ from numpy.typing import NDArray
 
 from imitate.errors import FileError
 from imitate.formats.mcap_file import McapReader, RawMessage
+from imitate.formats.opening import is_opening
 from imitate.formats.ros2 import Ros2Decoder
 from imitate.geometry import Array, compose, relative, resample
 
@@ -73,11 +76,13 @@ class Tracks:
     Attributes:
         topics: topic → track, of topics that give poses.
         frames: frame → track in its parent frame, of transforms.
+        numbers: topic → track whose positions' x it is, of numbers that may be the hand's opening.
     """
 
     path: Path
     topics: Mapping[str, Track]
     frames: Mapping[str, Track]
+    numbers: Mapping[str, Track]
 
     def times(self, source: Track) -> Times:
         """Of the link with the most samples, from a track up to the root of its frames."""
@@ -115,8 +120,11 @@ class Tracks:
         raise FileError(self.path, f"has transforms in a circle through {source.frame!r}")
 
 
-def read_tracks(reader: McapReader) -> Tracks:
+def read_tracks(reader: McapReader, opening: str | None = None) -> Tracks:
     """Goes through the whole file; its ``metadata`` and ``damage`` are known afterwards.
+
+    Args:
+        opening: the topic of the hand's opening; without it, those that are called so.
 
     Raises:
         FileError: a message that is not what its schema says.
@@ -125,21 +133,24 @@ def read_tracks(reader: McapReader) -> Tracks:
     parents: dict[tuple[str, str], str] = {}
     fixed: set[tuple[str, str]] = set()
     for message in reader.messages():
-        read = READERS.get((message.schema_name, message.encoding))
+        schema = (message.schema_name, message.encoding)
+        read, kind = READERS.get(schema), "topic"
+        if schema in NUMBERS and (message.topic == opening or (not opening and _says_opening(message))):
+            read, kind = NUMBERS[schema], "number"
         if read is None:
             continue
         for frame, child, time, row in _decoded(reader.path, message, read):
-            key = ("frame", _plain(child)) if child else ("topic", message.topic)
+            key = ("frame", _plain(child)) if child else (kind, message.topic)
             _check_parent(reader.path, key, parents.setdefault(key, _plain(frame)), _plain(frame))
             found.setdefault(key, {}).setdefault(time or message.time, row)
             if message.topic.endswith("tf_static"):
                 fixed.add(key)
     tracks = {key: _track(parents[key], rows, key in fixed) for key, rows in found.items()}
-    return Tracks(
-        reader.path,
-        {name: track for (kind, name), track in tracks.items() if kind == "topic"},
-        {name: track for (kind, name), track in tracks.items() if kind == "frame"},
+    topics, frames, numbers = (
+        {name: track for (is_a, name), track in tracks.items() if is_a == kind}
+        for kind in ("topic", "frame", "number")
     )
+    return Tracks(reader.path, topics, frames, numbers)
 
 
 _Row = tuple[str, str, int, list[float]]  # frame, child frame, nanoseconds, pose
@@ -210,6 +221,18 @@ def _ros2_transforms(message: RawMessage) -> Iterator[_Row]:
     yield from map(_stamped, _ros2(message).transforms)
 
 
+def _says_opening(message: RawMessage) -> bool:
+    return is_opening(message.topic.rsplit("/", 1)[-1])
+
+
+def _ros2_number(message: RawMessage) -> Iterator[_Row]:
+    m = _ros2(message)
+    stamped = hasattr(m, "position")  # joints, with a header
+    values = m.position if stamped else np.atleast_1d(m.data)
+    number = float(values[0]) if len(values) == 1 else float(np.abs(np.asarray(values)).sum())
+    yield "", "", _stamp(m.header) if stamped else message.time, [number, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
+
+
 def _stamped(m: Any) -> _Row:
     row = _row(m.transform.translation, m.transform.rotation)
     return m.header.frame_id, m.child_frame_id, _stamp(m.header), row
@@ -233,3 +256,14 @@ READERS: dict[tuple[str, str], Callable[[RawMessage], Iterator[_Row]]] = {
     ("tf2_msgs/msg/TFMessage", "cdr"): _ros2_transforms,
 }
 """(schema, encoding) → how its poses are read."""
+NUMBERS: dict[tuple[str, str], Callable[[RawMessage], Iterator[_Row]]] = {
+    (f"{kind[0]}_msgs/msg/{kind[1]}", "cdr"): _ros2_number
+    for kind in (
+        ("std", "Float64"),
+        ("std", "Float32"),
+        ("std", "Float64MultiArray"),
+        ("std", "Float32MultiArray"),
+        ("sensor", "JointState"),
+    )
+}
+"""the same of numbers."""

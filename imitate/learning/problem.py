@@ -10,6 +10,7 @@ import numpy as np
 from imitate.demonstration import HAND, Demonstration
 from imitate.errors import ImitateError
 from imitate.geometry import Array, align_signs, angle_between, relative, resample
+from imitate.learning.closing import gripper_weights
 from imitate.learning.grasp import grasp_of
 from imitate.learning.placement import Placement, misplaced, placements, resting, trajectory_of
 from imitate.perception.symmetry import nearest_alike
@@ -27,7 +28,7 @@ class Problem:
     Attributes:
         formulation: state and actions, by name.
         shown: body → pose (7,) in the reference's frame at the segment's end.
-        imitated: the policy that follows the demonstration, gripper weights 0.
+        imitated: the policy that follows the demonstration, gripper weights 0 or from the hand's opening.
         lets_go: what the demonstration has the hand leave next, having carried it.
         placed: where objects are that earlier skills placed; this one must not undo them.
         object_names: in the order of a record's objects.
@@ -66,14 +67,17 @@ def formulate(
     s = settings.policy
     shape = response(ticks, s.pose_kernels, s.phase_decay, s.stiffness, s.form == "original")
     channels = to_channels(hand, hand[-1], CHANNELS[s.orientation])
-    gripper = s.gripper_kernels if "gripper" in formulation.actions else 0
+    force = np.zeros(s.gripper_kernels if "gripper" in formulation.actions else 0)
+    if len(force) and settings.learning.gripper_from_opening:
+        seen_force = gripper_weights(demonstration, segment, ticks, settings)
+        force = force if seen_force is None else seen_force
     policy = Policy(
         reference=abstraction.reference,
         duration=ticks / settings.world.control_rate,
         start=hand[0],
         goal=hand[-1],
         pose_weights=imitate(shape, channels, channels[-1]),
-        gripper_weights=np.zeros(gripper),
+        gripper_weights=force,
     )
     return Problem(
         formulation=formulation,

@@ -45,7 +45,6 @@ class Observation:
         confidence: (T, 1+K) 0…1, of the hand and each object in each frame; 0 where it was not seen.
         lost: hand or object → the (first, last) seconds of each stretch of frames in which it was not seen.
         camera_from_table: (7,) the table's frame in the camera's.
-        openings: (T,) metres between the fingers' surfaces; NaN where the hand was not seen.
     """
 
     demonstration: Demonstration
@@ -53,10 +52,9 @@ class Observation:
     confidence: Array
     lost: dict[str, tuple[Span, ...]]
     camera_from_table: Array
-    openings: Array
 
     def __post_init__(self) -> None:
-        for name in ("confidence", "camera_from_table", "openings"):
+        for name in ("confidence", "camera_from_table"):
             object.__setattr__(self, name, read_only(getattr(self, name)))
 
     @property
@@ -198,10 +196,11 @@ def _observation(
         objects=poses[:, 1:],
         object_names=tuple(blocks),
         object_sizes=np.array([block.size for block in blocks.values()]),
+        opening=openings,
     )
     lost = {body: _spans(t, ~seen[:, k]) for k, body in enumerate((HAND, *blocks)) if not seen[:, k].all()}
     camera_from_table = inverse(first.table.table_from_camera)
-    return Observation(demonstration, first, confidence, lost, camera_from_table, openings)
+    return Observation(demonstration, first, confidence, lost, camera_from_table)
 
 
 def _spans(t: Array, missing: NDArray[np.bool_]) -> tuple[Span, ...]:

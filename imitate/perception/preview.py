@@ -201,8 +201,9 @@ def _draw_body(
     if body != HAND:
         sketch.box(pose, seen.demonstration.size_of(body), ink)
         return
+    assert seen.demonstration.opening is not None  # what is observed has it
     for side in SIDES:
-        (finger,) = finger_poses(pose[None], seen.openings[k : k + 1], settings, side)
+        (finger,) = finger_poses(pose[None], seen.demonstration.opening[k : k + 1], settings, side)
         sketch.cylinder(finger, settings.finger_radius, settings.finger_length, ink)
 
 

@@ -46,6 +46,20 @@ def with_gaps(written: Demonstration, share: float = 0.4, seed: int = 1) -> Demo
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("seen", [1.0, 0.6, 0.0])
+def test_the_opening_is_read_as_it_was_written(tmp_path: Path, suffix: str, seen: float) -> None:
+    rng = np.random.default_rng(3)
+    opening = np.where(rng.uniform(size=6) < seen, rng.uniform(0, 0.1, 6), np.nan)
+    written = replace(with_gaps(demonstration()), opening=opening)
+    write_demonstration(written, tmp_path / f"demo{suffix}")
+    read = read_demonstration(tmp_path / f"demo{suffix}")
+    assert read.opening is not None
+    assert same_bits(read.opening, written.opening)
+    assert same_bits(read.hand, written.hand)
+    assert kind_of(tmp_path / f"demo{suffix}") == "demonstration"
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
 def test_what_is_written_is_read(tmp_path: Path, suffix: str) -> None:
     written = demonstration()
     write_demonstration(written, tmp_path / f"demo{suffix}")
@@ -54,6 +68,7 @@ def test_what_is_written_is_read(tmp_path: Path, suffix: str) -> None:
     assert read.object_names == written.object_names
     for field in ("hand", "objects"):
         assert same_bits(getattr(read, field), getattr(written, field)), field
+    assert read.opening is None
     np.testing.assert_array_equal(read.object_sizes, written.object_sizes)
     np.testing.assert_allclose(read.t, written.t, atol=0.5e-9 if suffix == ".mcap" else 0)
 

@@ -92,6 +92,14 @@ def test_what_was_found_of_a_formulation_comes_back(tmp_path: Path) -> None:
     assert all(same(before, after) for before, after in zip(story, read, strict=True))
 
 
+@pytest.mark.parametrize("opening", [None, np.full(361, 0.0625), np.full(361, np.nan)])
+def test_the_hands_opening_survives(tmp_path: Path, opening: np.ndarray | None) -> None:
+    started = scripted.started()
+    started = replace(started, demonstration=replace(started.demonstration, opening=opening))
+    (read,) = read_session(written(tmp_path / "s.mcap", [started]))
+    assert same(read, started)
+
+
 def test_the_same_session_gives_the_same_bytes(tmp_path: Path, session: Path, story: list[Event]) -> None:
     assert written(tmp_path / "again.mcap", story).read_bytes() == session.read_bytes()
 

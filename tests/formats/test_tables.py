@@ -61,6 +61,37 @@ def test_usual_names_are_recognised(tmp_path, position, rotation):
     assert np.isnan(read.object_sizes).all()
 
 
+OPENING = np.array([0.08, 0.07, np.nan, 0.04, 0.04])
+
+
+@pytest.mark.parametrize("name", ["opening", "gripper_width", "gripper.opening", "Hand opening"])
+def test_the_opening_is_recognised_by_its_name(tmp_path, name):
+    columns = {"t": T, **named("{}_{}", "{}_q{}", "hand", "cube"), name: OPENING}
+    read = read_demonstration(csv(tmp_path / "demo.csv", columns))
+    assert read.object_names == ("cube",)
+    np.testing.assert_array_equal(read.opening, OPENING)
+
+
+def test_a_share_that_is_called_opening_is_no_distance(tmp_path):
+    columns = {"t": T, **named("{}_{}", "{}_q{}", "hand", "cube"), "gripper_opening": np.linspace(0, 1, 5)}
+    assert read_demonstration(csv(tmp_path / "demo.csv", columns)).opening is None
+
+
+def test_the_opening_by_mapping_is_the_sum_of_each_fingers_way(tmp_path):
+    poses = {f"obs/{name}": np.hstack([POSITIONS[name], QUATERNIONS[name]]) for name in ("hand", "cube")}
+    with h5py.File(tmp_path / "demo.hdf5", "w") as file:
+        for name, values in {**poses, "obs/qpos": np.outer(OPENING, [0.5, -0.5, 7])}.items():
+            file[f"data/demo_0/{name}"] = values
+    text = 'rate = 20.0\nopening = {}\n[hand]\npose = "obs/hand"\n[objects.cube]\npose = "obs/cube"\n'
+    for said in ('"obs/qpos[0:2]"', '["obs/qpos[0]", "obs/qpos[1]"]'):
+        read = read_demonstration(tmp_path / "demo.hdf5", mapping(tmp_path, text.format(said)))
+        np.testing.assert_allclose(read.opening, OPENING)
+    in_cm = mapping(tmp_path, 'length_unit = "cm"\n' + text.format('"obs/qpos[0:2]"'))
+    np.testing.assert_allclose(read_demonstration(tmp_path / "demo.hdf5", in_cm).opening, OPENING / 100)
+    with pytest.raises(FileError, match=r"has no column 'obs/fingers' \(for opening\); its columns are"):
+        read_demonstration(tmp_path / "demo.hdf5", mapping(tmp_path, text.format('"obs/fingers"')))
+
+
 def test_text_from_a_spreadsheet(tmp_path):
     file = csv(tmp_path / "demo.csv", {"t": T, **named("{}_{}", "{}_q{}", "hand", "cube")}, ";")
     file.write_text("\ufeff# exported\n" + file.read_text().replace(".", ",").replace("\n", "\r\n"))

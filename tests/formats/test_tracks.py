@@ -63,6 +63,7 @@ TF = (
     + "\nMSG: geometry_msgs/TransformStamped\n"
     + TRANSFORM_STAMPED
 )
+JOINTS = HEADER.format("string[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort")
 START = 1_700_000_000
 SECONDS = np.arange(0, 2, 0.05)
 RNG = np.random.default_rng(0)
@@ -95,12 +96,14 @@ def ros2_transform(seconds: float, parent: str, child: str, p: list[float]) -> d
 
 
 def bag(path: Path, messages: list[tuple[str, float, str, object]]) -> Path:
-    """Writes (topic, seconds, "pose" or "tf", message), logged 20 ms after their stamps."""
+    """Writes (topic, seconds, kind of message, message), logged 20 ms after their stamps."""
     with path.open("wb") as stream:
         writer = Ros2Writer(stream)
         schemas = {
             "pose": writer.register_msgdef("geometry_msgs/msg/PoseStamped", POSE_STAMPED),
             "tf": writer.register_msgdef("tf2_msgs/msg/TFMessage", TF),
+            "number": writer.register_msgdef("std_msgs/msg/Float32", "float32 data"),
+            "joints": writer.register_msgdef("sensor_msgs/msg/JointState", JOINTS),
         }
         for topic, seconds, kind, message in messages:
             time = round((START + seconds + 0.02) * 1e9)
@@ -275,3 +278,33 @@ def test_a_track_gives_back_its_samples_and_never_leaves_their_hull(at, asked):
     assert (seen[:, :3] >= poses[:, :3].min(axis=0) - 1e-9).all()
     assert (seen[:, :3] <= poses[:, :3].max(axis=0) + 1e-9).all()
     assert np.isnan(found).all(axis=1).sum() + len(seen) == len(asked)
+
+
+def gripping(path: Path) -> Path:
+    """Hand, cube, the joints of a gripper's fingers and a number called gripper_width, by ROS 2."""
+    messages = []
+    for s in SECONDS:
+        messages += [(f"/{b}/pose", s, "pose", ros2_pose(s, "map", pose(b, s))) for b in ("hand", "cube")]
+        finger = 0.02 + 0.01 * s
+        joints = {"name": ["left", "right"], "position": [finger, -finger], "velocity": [], "effort": []}
+        messages.append(("/gripper/joint_states", s, "joints", {"header": header(s, ""), **joints}))
+        messages.append(("/gripper_width", s, "number", {"data": 0.0625}))
+    return bag(path, messages)
+
+
+def test_the_opening_is_a_number_called_so_or_the_joints_that_a_mapping_names(tmp_path: Path) -> None:
+    file = gripping(tmp_path / "bag.mcap")
+    np.testing.assert_array_equal(read_demonstration(file).opening[1:], 0.0625)
+    read = read_demonstration(file, Mapping(opening="/gripper/joint_states"))
+    np.testing.assert_allclose(read.opening, 0.04 + 0.02 * SECONDS)
+    assert read.object_names == ("cube",)
+
+
+def test_an_opening_that_the_file_does_not_have_is_said(tmp_path: Path) -> None:
+    file = gripping(tmp_path / "bag.mcap")
+    with pytest.raises(
+        FileError, match=r"has no topic '/width' with numbers \(for opening\). Expected one of"
+    ):
+        read_demonstration(file, Mapping(opening="/width"))
+    with pytest.raises(FileError, match="is MCAP, and the mapping names columns for opening"):
+        read_demonstration(file, Mapping(opening=["a", "b"]))

@@ -59,6 +59,11 @@ def test_hand_is_found_at_its_fingertips(filmed, observed, world_from_table):
     assert np.median(angle_between(found, real)) < np.deg2rad(2)
 
 
+def test_the_hands_opening_is_measured(filmed, observed):
+    away = np.abs(observed.demonstration.opening - filmed.truth.opening)
+    assert np.median(away) < 0.001 and np.percentile(away, 90) < 0.004
+
+
 def test_nothing_in_view_is_lost(observed):
     assert observed.lost == {}
 

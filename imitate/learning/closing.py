@@ -1,0 +1,61 @@
+"""The gripper's first weights from the hand's opening, where the camera saw it (an aid beyond the paper)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imitate.demonstration import Demonstration
+from imitate.geometry import Array
+from imitate.policy.dmp import imitate, response
+from imitate.settings import Learning, Settings
+from imitate.skill import Segment
+
+LOW, HIGH = 5, 95
+"""percentiles at which a hand is as closed and as open as it gets: a few wrong frames do not count."""
+
+
+def gripper_weights(
+    demonstration: Demonstration, segment: Segment, ticks: int, settings: Settings
+) -> Array | None:
+    """Weights (m,) of a force that closes while the hand was seen closed, and opens otherwise; newtons.
+
+    Args:
+        ticks: control ticks of the segment.
+
+    Returns:
+        None where the fingers' opening was not seen to change.
+    """
+    at = np.linspace(segment.start, segment.end, ticks)
+    closed = seen_closed(demonstration, segment, at, settings.learning)
+    if closed is None:
+        return None
+    s = settings.policy
+    shape = response(ticks, s.gripper_kernels, s.gripper_decay, s.gripper_stiffness)
+    force = np.where(closed, settings.learning.seen_force, -settings.learning.seen_force)[:, None]
+    force[0] = 0  # the gripper's movement starts from no force
+    return imitate(shape, force, np.zeros(1))[:, 0]
+
+
+def seen_closed(
+    demonstration: Demonstration, segment: Segment, at: Array, settings: Learning
+) -> NDArray[np.bool_] | None:
+    """Whether the hand was seen closed at times ``at`` (N,) of a segment, seconds since the first frame.
+
+    It is closed while its opening is near the narrowest of the segment, which what is held sets. Near is a
+    share of how far the hand opens at its widest: what is held may turn between the fingers or give way.
+
+    Returns:
+        None where the opening was not seen, or not wider elsewhere: nothing tells open from closed.
+    """
+    if demonstration.opening is None:
+        return None
+    seen = ~np.isnan(demonstration.opening)
+    t, opening = (demonstration.t - demonstration.t[0])[seen], demonstration.opening[seen]
+    within = opening[(t >= segment.start) & (t <= segment.end)]
+    if not len(within):
+        return None
+    narrowest, widest = np.percentile(within, LOW), np.percentile(opening, HIGH)
+    if widest - narrowest < settings.opening_range:
+        return None
+    return np.asarray(np.interp(at, t, opening) <= narrowest + settings.closed_share * (widest - narrowest))
