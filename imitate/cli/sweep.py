@@ -48,11 +48,19 @@ def sweep(request: Request, logs: dict[int, Path], as_json: bool) -> None:
 
     Args:
         request: its ``workers`` is how many sessions run at a time; an ``rrd`` asks for one beside each log.
+
+    Raises:
+        ImitateError: what would fail every session; said once, before any where it shows by then.
     """
     from imitate.errors import ImitateError
+    from imitate.formats.kind import kind_of
+    from imitate.learning.trials import executors
     from imitate.session.sweep import Board, session_pool
     from imitate.session.sweep import sweep as run
 
+    if not request.mapping:
+        kind_of(request.source)
+    executors(request.workers, request.cluster)
     requests = [
         replace(request, seed=k, workers=0, log=log, rrd=log.with_suffix(".rrd") if request.rrd else None)
         for k, log in logs.items()

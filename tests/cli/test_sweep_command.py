@@ -126,3 +126,25 @@ def test_names_that_are_taken_are_passed_over(learn, tmp_path):
     (tmp_path / "sessions" / "human_stack-1.mcap").touch()
     *_, asked = learn("--seeds", "0-1", fate=[GOOD, GOOD])
     assert [r.log.name for r in asked] == ["human_stack-0.mcap", "human_stack-1-2.mcap"]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["none.npz"], "error: none.npz: no such file"),
+        (
+            [str(DEMONSTRATION), "--cluster", "nowhere://x"],
+            "error: --cluster nowhere://x: no scheduler answers",
+        ),
+    ],
+)
+def test_what_fails_every_session_is_said_once_before_any(words, message, capsys, tmp_path, monkeypatch):
+    pytest.importorskip("distributed", reason="the extra imitate[cluster] is not installed")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(module, "sweep", lambda *_: pytest.fail("sessions were begun"))
+    with pytest.raises(SystemExit) as end:
+        cli.main(["learn", *words, "--seeds", "0-9"])
+    captured = capsys.readouterr()
+    assert (end.value.code, captured.out) == (1, "")
+    assert captured.err.startswith(message)
+    assert captured.err.count("\n") == 1
