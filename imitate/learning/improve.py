@@ -35,7 +35,6 @@ class Learned:
         success: over the perturbed starts.
         firm: share of those starts that succeeded with a margin.
         accepted: P ≥ α.
-        why: what most starts failed of, in words; empty where none did.
     """
 
     policy: Policy
@@ -43,7 +42,6 @@ class Learned:
     success: Success
     firm: float
     accepted: bool
-    why: str
 
 
 class Improvement:
@@ -188,15 +186,13 @@ class Improvement:
         return sum(firm) / len(events)
 
     def _judge(self, policy: Policy) -> Generator[Event, None, Learned]:
-        # P over the perturbed starts, what the policy cost there, and what most failures were.
+        # P over the perturbed starts, and what the policy cost there.
         s = self.settings.learning
         starts = perturbed_starts(self.trials.spec, s.evaluation_starts, self._seed(2), self.settings)
         events = yield from self._evaluate(policy, starts, "evaluate")
-        reasons = [event.failure for event in events if event.failure]
-        success = Success(len(events) - len(reasons), len(events))
-        why = max(reasons, key=reasons.count) if reasons else ""
+        success = Success(sum(event.success for event in events), len(events))
         cost = float(np.mean([event.cost.total for event in events]))
-        return Learned(policy, cost, success, self._firm(events), success.rate >= s.alpha, why)
+        return Learned(policy, cost, success, self._firm(events), success.rate >= s.alpha)
 
     def _evaluated(self, learned: Learned) -> Evaluated:
         p = learned.success

@@ -149,6 +149,8 @@ def attempt_words(state: State, attempt: Attempt | None) -> Content:
         rows.append(("P", f"{success_in_words(attempt.evaluated)}, needed {alpha:.2f}"))
     else:
         rows.append(("P", f"not judged yet, needed {alpha:.2f}"))
+    if attempt.learned and attempt.learned.initiation:
+        rows.append(("starts", str(attempt.learned.initiation)))
     return Content("\n").join(
         Content.assemble((f"{name} ", "bold $text-accent"), value) if name else Content.styled(value, "bold")
         for name, value in rows

@@ -69,7 +69,7 @@ def scripted(monkeypatch, stacking):
                     yield TrialFinished(
                         f.segment, f.index, 3 + n, "evaluate", 3, (policy,), cost, ok, words, record, misses
                     )
-                return Learned(policy, 1.0, Success(20 if ok else 0, 20), float(ok), ok, words)
+                return Learned(policy, 1.0, Success(20 if ok else 0, 20), float(ok), ok)
 
         monkeypatch.setattr(reformulate, "Improvement", Scripted)
         seen = []
