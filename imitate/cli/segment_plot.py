@@ -98,6 +98,8 @@ def _distances(row: Axes, d: Demonstration) -> None:
     for k, name in enumerate(d.object_names):
         apart = np.linalg.norm(d.pose_of(name)[:, :3] - d.hand[:, :3], axis=1)
         row.plot(t, apart, label=name, **_style(k))
+    if d.opening is not None:
+        row.plot(t, d.opening, label="opening of the hand", color="0.2", linewidth=0.8)
     row.set_ylim(bottom=0)
     row.set_ylabel("hand to object (m)")
 

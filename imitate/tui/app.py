@@ -231,13 +231,17 @@ class ImitateApp(App[None]):
         state = self.state
         if not state.editable or state.demonstration is None:
             return
-        segment = state.segments[message.segment]
+        if message.segment < len(state.segments):
+            self._split_best(state.demonstration, state.segments, message.segment)
+
+    @work(thread=True, exclusive=True, group="split", exit_on_error=False)
+    def _split_best(self, demonstration: Demonstration, segments: tuple[Segment, ...], k: int) -> None:
         try:
-            time = self.engine.split_time(state.demonstration, segment, state.settings)
-        except ImitateError as error:
-            self.notice(str(error))
-            return
-        self._apply(Decision("split", message.segment, time))
+            time = self.engine.split_time(demonstration, segments[k], self.state.settings)
+            if self.state.segments is segments:  # else something was decided meanwhile
+                self.post_message(intents.Decide(Decision("split", k, time)))
+        except Exception as error:
+            self.post_message(intents.Failed("split", in_words(error)))
 
     @on(intents.Decide)
     def _decide(self, message: intents.Decide) -> None:

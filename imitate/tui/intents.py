@@ -133,7 +133,7 @@ class Ended(Message):
 
 @dataclass
 class Failed(Message):
-    """Work of a kind ("open", "observe", "weigh", "learn") failed; ``error`` is written for the person."""
+    """Work of a kind ("open", "observe", "split" …) failed; ``error`` is written for the person."""
 
     work: str
     error: str

@@ -55,3 +55,11 @@ def test_a_band_too_narrow_for_words_has_its_number_and_the_words_stand_below(sh
     figure = drawn(shown, narrow)
     assert words(figure)[0] == "1"
     assert figure.legends[0].get_texts()[-1].get_text() == f"1  {first.abstraction}"
+
+
+def test_the_hands_opening_is_drawn_where_it_was_seen(shown):
+    segments = segment(shown, Segmentation())
+    opening = np.linspace(0.08, 0.05, len(shown.t))
+    row = drawn(replace(shown, opening=opening), segments).axes[1]
+    (line,) = [line for line in row.get_lines() if line.get_label() == "opening of the hand"]
+    np.testing.assert_array_equal(line.get_ydata(), opening)

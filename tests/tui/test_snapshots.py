@@ -113,6 +113,11 @@ def test_review(look: Look, size: tuple[int, int]) -> None:
     assert look(size, shown("review"), "L right", decided)
 
 
+def test_review_after_an_undo(look: Look) -> None:
+    undone = when(lambda app: app.state.redoable == 1)
+    assert look(SMALL, shown("review"), "L u", undone)
+
+
 def test_review_of_the_alternatives_in_the_light_theme(look: Look) -> None:
     assert look(LARGE, shown("review"), "ctrl+t down enter down")
 
