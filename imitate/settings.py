@@ -160,6 +160,8 @@ class Learning(_Section):
     """best earlier trials used again in an update."""
     updates: int = Field(default=5, ge=1)
     """U; with the schedule above 30 trials."""
+    more_updates: int = Field(default=2, ge=0)
+    """further ones where α lies within the interval of the best policy's P."""
     eliteness: float = Field(default=10.0, gt=0)
     """h in P ∝ exp(−h(S − min)/(max − min))."""
     exploration: Literal["constant", "per-kernel", "covariance", "power"] = "constant"
@@ -237,6 +239,8 @@ class Learning(_Section):
 
     model_threshold: float = Field(default=50.0, ge=0)
     """α_model: natural-log gap to the best abstraction within which others are tried."""
+    reformulate: bool = True
+    """false: each skill as it was first stated, pose alone; what Algorithm 1 adds is then missing."""
     formulations: int = Field(default=12, ge=1)
     """formulations tried in a session, over all segments, before it is given up."""
 
@@ -311,6 +315,7 @@ _FAITHFUL: dict[str, dict[str, Any]] = {
         "imitation_first": False,
         "exploration": "per-kernel",
         "candidates": 0,
+        "more_updates": 0,
         "improve_by": "total",
         "judge": "cost",
         "closed_end_cost": 0.0,

@@ -78,7 +78,9 @@ class Improvement:
             learned = yield from self._compete()
             if learned is not None:
                 return learned
-        for self.update in range(s.updates):
+        for self.update in range(s.updates + s.more_updates):
+            if self.update >= s.updates and not self._near:
+                break
             batch = self._batch()
             first_cost = yield from self._explore(start, batch)
             learned = yield from self._compete()
@@ -95,6 +97,12 @@ class Improvement:
     @property
     def _succeeded(self) -> bool:
         return any(tried.success for tried in self.tried)
+
+    @property
+    def _near(self) -> bool:
+        # The starts tried do not tell whether P reaches α.
+        low, high = self.best.success.interval if self.best else (0.0, 0.0)
+        return low <= self.settings.learning.alpha <= high
 
     def _value(self, tried: TrialFinished) -> float:
         # Holding still costs no switches: until a trial succeeds, they would teach it to do nothing.

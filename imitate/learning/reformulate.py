@@ -14,12 +14,13 @@ import numpy as np
 from imitate.demonstration import Demonstration
 from imitate.events import Event, Evidence, FormulationStarted, Kept, OptionLearned, Reformulated
 from imitate.learning.evidence import Witness, failings, in_words, strayed
-from imitate.learning.improve import Improvement
+from imitate.learning.improve import Improvement, Learned
 from imitate.learning.initiation import probability, seen_from
 from imitate.learning.option import Option
 from imitate.learning.problem import Problem, formulate
 from imitate.learning.trials import Trials
 from imitate.record import Start
+from imitate.settings import Learning
 from imitate.skill import Abstraction, Action, Formulation, Policy, Segment
 
 _Statement = tuple[Abstraction, tuple[Action, ...]]
@@ -69,45 +70,61 @@ def learn_options(
     demonstration: Demonstration, segments: tuple[Segment, ...], trials: Trials, shown: Start, seed: int
 ) -> Generator[Event, None, Search]:
     """Learns an option for each segment; yields every event on the way."""
-    entropy = np.random.SeedSequence(seed)
-    settings = trials.settings
-    threshold = settings.learning.model_threshold
-    attempts = [_Attempts(statements(segment, threshold)) for segment in segments]
-    counts = [0] * len(segments)
+    learning = trials.settings.learning
+    attempts = [_Attempts(_to_try(segment, learning)) for segment in segments]
     options: list[Option] = []
     reason, i = "as the demonstration was segmented", 0
-    for _ in range(settings.learning.formulations):
+    for _ in range(learning.formulations):
         i = len(options)
         abstraction, actions = attempts[i].left.pop(0)
-        formulation = Formulation(i, counts[i], abstraction, actions, reason)
-        counts[i] += 1
+        formulation = Formulation(i, len(attempts[i].tried), abstraction, actions, reason)
         yield FormulationStarted(formulation)
-        problem = formulate(demonstration, segments, formulation, settings)
-        mean = _first_mean(problem, attempts[i])
+        problem = formulate(demonstration, segments, formulation, trials.settings)
         prefix = tuple(option.policy for option in options)
-        witness = Witness(problem)
-        course = Improvement(problem, prefix, mean, trials, entropy).run(shown)
-        learned = yield from witness.attend(course)
-        evidence = witness.evidence(learned)
-        attempts[i].tried.append((problem, evidence))
+        learned, witness = yield from _learn(problem, prefix, attempts[i], trials, shown, seed)
         if learned.accepted:
-            options.append(witness.option(learned, settings.learning))
+            options.append(witness.option(learned, learning))
             yield _learned(options)
             if len(options) == len(segments):
                 return Search(tuple(options))
             reason = "the skills before it are learned"
             i = len(options)
             continue
-        found = in_words(evidence, settings.learning.converged_below)
-        reason = _next_reason(formulation, found, evidence, attempts, segments)
+        evidence = attempts[i].tried[-1][1]
+        found = in_words(evidence, learning.converged_below)
+        change = _change(formulation, attempts, segments) if learning.reformulate else "it is not stated anew"
+        reason = f"{_what_failed(formulation, evidence)} ({found}): {change}"
         yield Reformulated(i, formulation.index, reason, evidence)
+        if not learning.reformulate:
+            return _given_up(tuple(options), segments, i, attempts[i], "it is tried as first stated alone")
         while not attempts[len(options)].left:
             if not options:
                 return _given_up((), segments, i, attempts[i], "every formulation was tried")
-            attempts[len(options)].left = statements(segments[len(options)], threshold)
+            attempts[len(options)].left = _to_try(segments[len(options)], learning)
             options.pop()
-    limit = f"the limit of {settings.learning.formulations} formulations is reached"
+    limit = f"the limit of {learning.formulations} formulations is reached"
     return _given_up(tuple(options), segments, i, attempts[i], limit)
+
+
+def _to_try(segment: Segment, learning: Learning) -> list[_Statement]:
+    return statements(segment, learning.model_threshold)
+
+
+def _learn(
+    problem: Problem,
+    prefix: tuple[Policy, ...],
+    attempts: _Attempts,
+    trials: Trials,
+    shown: Start,
+    seed: int,
+) -> Generator[Event, None, tuple[Learned, Witness]]:
+    # One formulation, and what its events show of it.
+    witness = Witness(problem)
+    mean = _first_mean(problem, attempts)
+    course = Improvement(problem, prefix, mean, trials, np.random.SeedSequence(seed)).run(shown)
+    learned = yield from witness.attend(course)
+    attempts.tried.append((problem, witness.evidence(learned)))
+    return learned, witness
 
 
 def _first_mean(problem: Problem, attempts: _Attempts) -> Policy:
@@ -134,30 +151,25 @@ def _learned(options: list[Option]) -> OptionLearned:
     )
 
 
-def _next_reason(
-    failed: Formulation,
-    found: str,
-    evidence: Evidence,
-    attempts: list[_Attempts],
-    segments: tuple[Segment, ...],
-) -> str:
-    # What failed and what is changed, for the operator.
+def _what_failed(failed: Formulation, evidence: Evidence) -> str:
     carried = failed.abstraction.carried
+    if not carried:
+        return "the hand's path alone does not do it"
     names = " and ".join(carried)
-    what = f"{names} did not end where shown" if carried else "the hand's path alone does not do it"
-    if strayed(evidence, carried):
-        what = f"{names} did not follow the hand"
+    return f"{names} did not {'follow the hand' if strayed(evidence, carried) else 'end where shown'}"
+
+
+def _change(failed: Formulation, attempts: list[_Attempts], segments: tuple[Segment, ...]) -> str:
+    # What is tried next, for the operator.
     left = attempts[failed.segment].left
     if left and left[0][0] == failed.abstraction:
-        change = "adding the gripper's force to the actions"
-    elif left:
-        change = f"trying the next abstraction, {left[0][0]}"
-    elif failed.segment:
+        return "adding the gripper's force to the actions"
+    if left:
+        return f"trying the next abstraction, {left[0][0]}"
+    if failed.segment:
         before = segments[failed.segment - 1].abstraction
-        change = f"no formulation is left, going back to skill {failed.segment}, {before}"
-    else:
-        change = "no formulation is left"
-    return f"{what} ({found}): {change}"
+        return f"no formulation is left, going back to skill {failed.segment}, {before}"
+    return "no formulation is left"
 
 
 def _given_up(

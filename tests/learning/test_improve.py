@@ -1,6 +1,7 @@
 """One formulation learned in a made-up world, where a grip that is firm enough places the block."""
 
 from dataclasses import replace
+from itertools import count
 
 import numpy as np
 import pytest
@@ -143,3 +144,17 @@ def test_per_kernel_noise_learns_a_grip_too(learn):
     events, _ = learn(held_from(20.0), mode="faithful", converged_below=0.0, seed=2)
     means = [force(e.policy) for e in events if isinstance(e, PolicyUpdated)]
     assert max(means) > 10
+
+
+def test_learning_goes_on_where_the_starts_do_not_tell_whether_p_reaches_alpha(learn):
+    def one_in(n):
+        tasks = count()
+        return lambda _: 0.1 if next(tasks) % n == 0 else 0.0
+
+    settings = {"evaluation_starts": 10, "candidate_starts": 2, "sure": 1.0, "converged_below": 0.0}
+    events, learned = learn(one_in(4), more_updates=3, **settings)
+    low, high = learned.success.interval
+    assert low < 0.8 < high
+    assert len(explored(events)) == 45
+    events, _ = learn(one_in(4), more_updates=0, **settings)
+    assert len(explored(events)) == 30

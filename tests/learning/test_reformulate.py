@@ -37,8 +37,8 @@ def test_the_operators_choice_comes_first_however_unlikely():
 class FakeTrials:
     """Settings alone: no trial is run."""
 
-    def __init__(self, formulations=12):
-        self.settings = load_settings(None, {"learning": {"formulations": formulations}})
+    def __init__(self, **learning):
+        self.settings = load_settings(None, {"learning": learning})
 
 
 @pytest.fixture
@@ -47,7 +47,7 @@ def scripted(monkeypatch, stacking):
     demonstration, segments = stacking
     record = still(demonstration)
 
-    def run(script, formulations=12, grasp=OPEN):
+    def run(script, grasp=OPEN, **learning):
         outcomes = iter(script)
 
         class Scripted:
@@ -73,9 +73,7 @@ def scripted(monkeypatch, stacking):
 
         monkeypatch.setattr(reformulate, "Improvement", Scripted)
         seen = []
-        course = learn_options(
-            demonstration, segments, FakeTrials(formulations), Start([0.0], [[0.0] * 7]), 0
-        )
+        course = learn_options(demonstration, segments, FakeTrials(**learning), Start([0.0], [[0.0] * 7]), 0)
         while True:
             try:
                 seen.append(next(course))
@@ -168,3 +166,10 @@ def test_a_skill_that_the_search_never_came_to_is_named(scripted):
         "the limit of 1 formulations is reached before it."
     )
     assert search.best is None
+
+
+def test_without_reformulation_a_skill_is_tried_as_first_stated_alone(scripted):
+    seen, search = scripted([False, True, True], reformulate=False)
+    assert stated(seen) == [(0, 0, 1)]
+    assert seen[-1].reason.endswith("it is not stated anew")
+    assert "not learnable, because it is tried as first stated alone" in search.given_up
