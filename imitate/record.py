@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from imitate.geometry import Array, read_only
 
@@ -121,3 +123,46 @@ class TrialRecord:
     def steps(self) -> int:
         """How many physics steps were taken."""
         return int(self.joint_positions.shape[0])
+
+
+@dataclass(frozen=True)
+class Sightings:
+    """Where objects were seen in a trial: F looks at K objects. What is believed between and before them.
+
+    Attributes:
+        expected: (K, 7) world poses that were thought of before the first look.
+        steps: F ascending numbers of physics steps that had been taken when the look was.
+        poses: (F, K, 7) world poses; seven NaN where an object was not seen.
+    """
+
+    expected: Array
+    steps: tuple[int, ...]
+    poses: Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "expected", read_only(self.expected))
+        object.__setattr__(self, "poses", read_only(self.poses))
+
+    @property
+    def believed(self) -> Array:
+        """(1 + F, K, 7) before the first look and after each: where each object was seen last."""
+        all_poses = np.concatenate([self.expected[None], self.poses])
+        rows = np.arange(len(all_poses))[:, None] * ~np.isnan(all_poses[..., 0])
+        last = np.maximum.accumulate(rows, axis=0)
+        return np.asarray(all_poses[last, np.arange(all_poses.shape[1])])
+
+    @property
+    def in_sight(self) -> tuple[bool, ...]:
+        """Whether each object was seen in the last look."""
+        return tuple(bool(seen) for seen in ~np.isnan(self.poses[-1, :, 0]))
+
+
+def as_seen(record: TrialRecord, seen: Sightings | None) -> TrialRecord:
+    """The record with each object where it was seen last instead of where physics had it.
+
+    Its velocities and contacts stay those of physics; without sightings it is the record itself.
+    """
+    if seen is None:
+        return record
+    looks = np.searchsorted(seen.steps, np.arange(1, record.steps + 1), side="right")
+    return replace(record, object_poses=seen.believed[looks])

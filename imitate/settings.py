@@ -196,6 +196,13 @@ class Learning(_Section):
     the terminal cost. But for "total", the noise narrows only once a trial has succeeded."""
     converged_below: float = Field(default=3.0, ge=0)
     """two consecutive costs of the mean policy closer than this: converged (authors' code)."""
+    observe_trials: bool = False
+    """objects' poses in trials come from the virtual camera and the tracker, not from the physics; the
+    paper's come from a Kinect."""
+    observe_rate: float = Field(default=2.0, gt=0, le=60)
+    """frames a second that the camera takes of a trial, besides those where a skill starts and ends."""
+    observe_width: int = Field(default=320, ge=160, le=1280)
+    """pixels of the camera's picture across, three quarters of it down; a Kinect's are 640."""
     candidates: int = Field(default=2, ge=0)
     """best trials that compete with the mean policy after each update; 0: the mean alone."""
     candidate_starts: int = Field(default=5, ge=1)

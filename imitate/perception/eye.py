@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imitate.geometry import Array, conjugate, rotate
+from imitate.perception.colour import hues
 from imitate.perception.fingers import FingerColours
 from imitate.perception.shapes import Float, Mask, Pixels
 from imitate.perception.tabletop import ROOM, Table
@@ -24,7 +25,7 @@ class Eye:
         table_from_camera: (7,).
         rays: (H, W, 3) in the table's frame; times the depth, from the camera to the point seen.
         low, high: (2,) the table's extent in x and y, metres.
-        fingers: their colours.
+        fingers: their colours; None where no hand is in view.
     """
 
     intrinsics: Intrinsics
@@ -32,7 +33,7 @@ class Eye:
     rays: Float
     low: Array
     high: Array
-    fingers: FingerColours
+    fingers: FingerColours | None
 
     def is_over_table(self, points: Array) -> Mask:
         """(N,) which points (N, 3) in the table's frame are over the table, at most `ROOM` above it."""
@@ -70,7 +71,8 @@ class View:
 
     def pixels(self, window: Window) -> Pixels:
         """The pixels of a window, row by row."""
-        eye, hue = self.eye, self.eye.fingers.hues(self.frame.colour[window]).reshape(-1)
+        eye, colour = self.eye, self.frame.colour[window]
+        hue = (eye.fingers.hues(colour) if eye.fingers else hues(colour)).reshape(-1)
         rays = eye.rays[window].reshape(-1, 3)
         return Pixels(eye.table_from_camera[:3], rays, self.frame.depth[window].reshape(-1), hue)
 

@@ -88,10 +88,13 @@ class _Guess:
 class BlockTracker:
     """Follows one block of known size, by its hue where it has one, else by depth alone.
 
-    ``surface`` (S, 3) are points on it in its own frame, for one that turns out to be no box.
+    ``surface`` (S, 3) are points on it in its own frame, for one that turns out to be no box. With ``sought``
+    the block's pose is but what it is thought to look like, and it is looked for over the whole table.
     """
 
-    def __init__(self, block: Block, hue: str | None, surface: Array, settings: Perception) -> None:
+    def __init__(
+        self, block: Block, hue: str | None, surface: Array, settings: Perception, sought: bool = False
+    ) -> None:
         self._hue, self._size, self._pose = hue, block.size, np.array(block.pose)
         self._settings = settings
         self._reach = float(np.linalg.norm(block.size)) / 2 + 0.012
@@ -101,7 +104,7 @@ class BlockTracker:
         self._points = surface[:: 1 + len(surface) // POINTS]
         self._time: float | None = None
         self._shown = np.zeros(3)  # the middle of its visible pixels, from its centre
-        self._lost, self._flat = False, True
+        self._lost, self._flat = sought, not sought
         self._surprise = AT_REST
         self._rest = Rest()
 
@@ -132,6 +135,8 @@ class BlockTracker:
         """
         others = [other for other in others if other is not self]
         guesses = self._guesses(view.frame.t, hand)
+        if self._time is None and self._lost:
+            return self._find(view, others, guesses, generator)
         if self._time is None:
             self._choose_shape(view, others)
         evidence = self._look(view, self._pose[:3] + guesses[:, :3], others)
@@ -271,6 +276,16 @@ class BlockTracker:
         best = max(found, key=lambda guess: guess.fit.shown * guess.fit.agreement)
         evidence = self._look(view, best.pose[None, :3], others)
         return self._search(evidence, best.pose, np.zeros((1, 6)), MOVING, 1.0, generator)
+
+    def _find(
+        self, view: View, others: Sequence[Body], guesses: Array, generator: np.random.Generator
+    ) -> Sight:
+        """The block that was never seen before."""
+        best = self._anywhere(view, others, generator)
+        if best is None or best.fit.agreement < SOLID or not self._is_shown(best.fit):
+            return UNSEEN
+        self._accept(best, guesses, view.frame.t)
+        return Sight(np.array(self._pose), self._confidence(best.fit))
 
     def _is_shown(self, fit: Fit) -> bool:
         agreeing = self._usual.relative(fit.agreement) >= AGREEING

@@ -52,34 +52,34 @@ class Stage:
         self._camera, self._look = camera, look
         d = performance.demonstration
         x, y, _ = middle(performance)
-        self._table = _block(client, TABLE, (x, y, -TABLE[2] / 2), look.table)
-        _block(client, (6, 6, 0.02), (x, y, -FLOOR), (0.35, 0.36, 0.38))
+        self._table = painted_box(client, TABLE, (x, y, -TABLE[2] / 2), look.table)
+        painted_box(client, (6, 6, 0.02), (x, y, -FLOOR), (0.35, 0.36, 0.38))
         if look.wall:
             away = np.array([x, y]) - camera.world_from_camera[:2]
             ahead = away / np.linalg.norm(away)
             place = [*(np.array([x, y]) + (look.wall + TABLE[0] / 2) * ahead), 0.5]
             turn = np.arctan2(ahead[1], ahead[0])
-            wall = _block(client, (0.02, 6, 3), tuple(place), (0.75, 0.74, 0.7))
-            _put(client, wall, np.array([*place, 0, 0, np.sin(turn / 2), np.cos(turn / 2)]))
+            wall = painted_box(client, (0.02, 6, 3), tuple(place), (0.75, 0.74, 0.7))
+            put(client, wall, np.array([*place, 0, 0, np.sin(turn / 2), np.cos(turn / 2)]))
         self._still = render(client, camera, look.lights, None, middle(performance))
         self._texture = grain(camera, self._still.depth, look)
         self._objects = [
-            (_tray if name in performance.hollow else _block)(client, size, (0, 0, -9), _paint(paint))
+            (_tray if name in performance.hollow else painted_box)(client, size, (0, 0, -9), colour_of(paint))
             for name, size, paint in zip(d.object_names, d.object_sizes, paints(d.object_names), strict=True)
         ]
         hues = hand.left_finger, hand.right_finger
-        self._fingers = [_cylinder(client, hand, _paint(hue)) for hue in hues]
+        self._fingers = [_cylinder(client, hand, colour_of(hue)) for hue in hues]
         parts = ((PALM, SKIN), (FOREARM, SLEEVE)) if look.arm else ()
-        self._arm = [_block(client, size, (0, 0, -9), colour) for size, colour in parts]
+        self._arm = [painted_box(client, size, (0, 0, -9), colour) for size, colour in parts]
 
     def place(self, k: int) -> None:
         """Everything where it is in frame ``k`` of the performance."""
         for body, pose in zip(self._objects, self._performance.demonstration.objects[k], strict=True):
-            _put(self._client, body, pose)
+            put(self._client, body, pose)
         for body, side in zip(self._fingers, SIDES, strict=True):
-            _put(self._client, body, self._finger(k, side))
+            put(self._client, body, self._finger(k, side))
         for body, pose in zip(self._arm, self._arm_poses(k), strict=True):
-            _put(self._client, body, pose)
+            put(self._client, body, pose)
 
     def view(self, k: int) -> View:
         """What an ideal camera sees in frame ``k``: drawn around what may have moved, the rest as before."""
@@ -112,7 +112,7 @@ class Stage:
             self.place(k)
             for body in (*self._fingers, *self._objects, *self._arm):
                 if body not in group:
-                    _put(self._client, body, AWAY)
+                    put(self._client, body, AWAY)
             whole.append(np.isin(bodies_seen(self._client, camera), group).sum())
         return np.array(shown) / np.maximum(whole, 1)
 
@@ -151,12 +151,13 @@ class Stage:
                 reach.append(2 * radii)  # a shadow is longer than what casts it
         seen = project(self._camera, np.concatenate(spots))
         margin = np.concatenate(reach) * i.fx / seen[:, 2] + 3
-        left, right = _span(seen[:, 0], margin, i.width)
-        upper, lower = _span(seen[:, 1], margin, i.height)
+        left, right = span(seen[:, 0], margin, i.width)
+        upper, lower = span(seen[:, 1], margin, i.height)
         return left, upper, right, lower
 
 
-def _span(middles: Array, margins: Array, size: int) -> tuple[int, int]:
+def span(middles: Array, margins: Array, size: int) -> tuple[int, int]:
+    """First and last pixel, of ``size``, around middles with margins, all in pixels."""
     first = int(np.clip((middles - margins).min(), 0, size - LEAST))
     return first, int(np.clip((middles + margins).max(), first + LEAST, size))
 
@@ -193,19 +194,26 @@ def paints(names: tuple[str, ...]) -> tuple[str, ...]:
     return names if set(names) <= set(BLOCKS) else BLOCKS[: len(names)]
 
 
-def _paint(name: str) -> tuple[float, float, float]:
+def colour_of(name: str) -> tuple[float, float, float]:
+    """Red, green and blue 0…1 of a paint.
+
+    Raises:
+        SceneError: no such paint.
+    """
     if name not in HUES:
         raise SceneError(f"no {name} paint for a finger. There is {', '.join(HUES)}.")
     return colorsys.hsv_to_rgb(HUES[name] / 360, 0.85, 0.85)
 
 
-def _put(client: int, body: int, pose: Array) -> None:
+def put(client: int, body: int, pose: Array) -> None:
+    """Moves a body to a pose (7,)."""
     bullet.resetBasePositionAndOrientation(body, pose[:3], pose[3:], physicsClientId=client)
 
 
-def _block(
+def painted_box(
     client: int, size: Array | tuple[float, ...], at: tuple[float, ...], colour: tuple[float, ...]
 ) -> int:
+    """A box of one colour that is seen and not touched: its size (3,), its middle, red green blue 0…1."""
     shape = bullet.createVisualShape(
         bullet.GEOM_BOX,
         halfExtents=[float(s) / 2 for s in size],

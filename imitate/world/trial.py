@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import Protocol
 
 import numpy as np
 
@@ -16,12 +17,30 @@ from imitate.demonstration import TABLE
 from imitate.geometry import IDENTITY, Array, align_signs, compose, relative
 from imitate.policy.dmp import response, rollout, scaling
 from imitate.policy.orientation import to_channels, to_poses
-from imitate.record import Start, TrialRecord
+from imitate.record import Sightings, Start, TrialRecord
 from imitate.settings import Settings
 from imitate.skill import Policy
 from imitate.world.engine import pybullet
 from imitate.world.kinematics import Arm
 from imitate.world.scene import World
+
+
+class Watch(Protocol):
+    """Who says where objects are while a trial runs, instead of the physics."""
+
+    def look(self, step: int, joints: Array, hand: Array, objects: Array) -> None:
+        """Asked to look, the physics standing still.
+
+        Args:
+            step: physics steps taken so far.
+            joints: (J,) positions, as in a record.
+            hand: (7,) world pose by the joints.
+            objects: (K, 7) world poses, as they really are: what there is to be seen.
+        """
+
+    def pose_of(self, index: int) -> Array | None:
+        """(7,) world pose of an object as it was seen last; None where it never was."""
+
 
 _Command = Callable[[list[float], list[float], float], None]
 _Observe = Callable[[], None]
@@ -29,10 +48,17 @@ _Observe = Callable[[], None]
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a trial gave: its steps, and in words the pose that stopped it, if one was out of reach."""
+    """What a trial gave.
+
+    Attributes:
+        record: its steps.
+        unreachable: in words what stopped it: a pose out of reach, or a reference that was never seen.
+        seen: where objects were seen, if it was watched.
+    """
 
     record: TrialRecord
     unreachable: str = ""
+    seen: Sightings | None = None
 
 
 class Simulator:
@@ -50,20 +76,29 @@ class Simulator:
         self.world.close()
         self.arm.close()
 
-    def run(self, start: Start, policies: Sequence[Policy]) -> Outcome:
+    def run(self, start: Start, policies: Sequence[Policy], watch: Watch | None = None) -> Outcome:
         """Runs policies one after another from ``start``, each followed by a moment of holding still.
 
-        A pose out of reach ends the trial there.
+        A pose out of reach ends the trial there, and so does a reference that ``watch`` has never seen. It
+        looks at the start, at the settings' rate from each policy's start on, and where one ends.
         """
         self.world.reset(start)
         steps = _Steps()
+        look = self._looker(watch, steps) if watch else None
+        if look:
+            look()
         commands = [np.append(start.joints[: len(self.arm.joints)], start.force)]
         option_starts: list[int] = []
         unreachable = ""
         for policy in policies:
             option_starts.append(len(steps.joint_positions))
-            plan, unreachable = self._plan(policy, commands[-1])
-            self._execute(np.vstack([commands[-1], plan]), steps)
+            reference = self._pose_of(policy.reference, watch)
+            if reference is None:
+                plan = commands[-1][None]
+                unreachable = f"{policy.reference} was not seen when the skill was to start"
+            else:
+                plan, unreachable = self._plan(policy, reference, commands[-1])
+            self._execute(np.vstack([commands[-1], plan]), steps, look=look)
             commands.extend(plan)
             if unreachable:
                 break
@@ -78,11 +113,10 @@ class Simulator:
         self._execute(np.vstack([first, record.commands]), steps, record.steps)
         return steps.record(record.start, self._grid, record.option_starts, record.commands)
 
-    def _plan(self, policy: Policy, last: Array) -> tuple[Array, str]:
+    def _plan(self, policy: Policy, reference: Array, last: Array) -> tuple[Array, str]:
         # Commands (C, A + 1) of a policy from where the world is now, cut at the first pose out of reach.
         s, world = self.settings, self.world
         ticks = max(2, round(policy.duration * s.world.control_rate))
-        reference = self._pose_of(policy.reference)
         hand = compose(reference, self.movement(policy, relative(reference, self.hand_pose()), ticks))
         solution = self.arm.solve(world.spec.base, hand, last[:-1])
         hold = round(s.world.settle_time * s.world.control_rate)
@@ -96,11 +130,14 @@ class Simulator:
         at = first / s.world.control_rate
         return plan[: max(first, 1)], f"out of reach {at:.2f} s into the skill: ({x:.3f}, {y:.3f}, {z:.3f}) m"
 
-    def _pose_of(self, reference: str) -> Array:
-        # World pose (7,) of an object or the table, now.
+    def _pose_of(self, reference: str, watch: Watch | None) -> Array | None:
+        # World pose (7,) of an object or the table, now; None of one that was never seen.
         if reference == TABLE:
             return IDENTITY
-        body = self.world.objects[self.world.spec.object_names.index(reference)]
+        index = self.world.spec.object_names.index(reference)
+        return watch.pose_of(index) if watch else self._object_pose(self.world.objects[index])
+
+    def _object_pose(self, body: int) -> Array:
         return np.array(sum(self.world.client.getBasePositionAndOrientation(body), ()))
 
     def movement(self, policy: Policy, start: Array, ticks: int) -> Array:
@@ -137,19 +174,41 @@ class Simulator:
         state = world.client.getLinkState(world.body.number, world.body.hand, computeForwardKinematics=True)
         return compose(np.array(state[4] + state[5]), self.arm.tcp)
 
-    def _execute(self, commands: Array, steps: _Steps, limit: int | None = None) -> None:
+    def _looker(self, watch: Watch, steps: _Steps) -> _Observe:
+        p, body = self.world.client, self.world.body
+        joints = body.arm + body.fingers
+
+        def look() -> None:
+            positions = np.array([state[0] for state in p.getJointStates(body.number, joints)])
+            objects = np.array([self._object_pose(thing) for thing in self.world.objects])
+            watch.look(len(steps.joint_positions), positions, self.hand_pose(), objects)
+
+        return look
+
+    def _look_ticks(self, ticks: int) -> set[int]:
+        # After which of so many control ticks the scene is looked at: the rest before the end is judged too.
+        s, rate = self.settings.learning, self.settings.world.control_rate
+        every = max(1, round(rate / s.observe_rate))
+        return {*range(every, ticks, every), max(1, ticks - round(s.rest_time * rate)), ticks}
+
+    def _execute(
+        self, commands: Array, steps: _Steps, limit: int | None = None, look: _Observe | None = None
+    ) -> None:
         # The first row is the command before; velocities are backward differences, so they need no lookahead.
         rate = self.settings.world.control_rate
         observe = self._observer(steps)
         step = self.world.client.stepSimulation
         command = self._commander()
         left = limit if limit is not None else (len(commands) - 1) * self.control_every
-        for before, now in pairwise(commands.tolist()):
+        looks = self._look_ticks(len(commands) - 1) if look else set()
+        for tick, (before, now) in enumerate(pairwise(commands.tolist()), start=1):
             command(now[:-1], [(b - a) * rate for a, b in zip(before[:-1], now[:-1], strict=True)], now[-1])
             for _ in range(min(self.control_every, left)):
                 step()
                 observe()
             left -= min(self.control_every, left)
+            if look and tick in looks:
+                look()
 
     def _commander(self) -> _Command:
         world, robot = self.world, self.world.robot
