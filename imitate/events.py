@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from imitate.demonstration import Demonstration
-from imitate.record import SceneSpec, TrialRecord
+from imitate.record import SceneSpec, Sightings, TrialRecord, as_seen
 from imitate.skill import CostTerms, Decision, Formulation, InitiationSet, Miss, Policy, Segment, Term
 
 Purpose = Literal["prepare", "explore", "choose", "evaluate", "reproduce"]
@@ -78,6 +78,7 @@ class TrialFinished:
         failure: why not, in words; empty on success.
         record: every step, or None when the session was asked to keep none.
         misses: the same reasons as data; none in sessions of before they were kept.
+        seen: where the camera saw the objects; None: cost and success are from the physics.
     """
 
     segment: int
@@ -91,6 +92,12 @@ class TrialFinished:
     failure: str
     record: TrialRecord | None
     misses: tuple[Miss, ...] = ()
+    seen: Sightings | None = None
+
+    @property
+    def believed(self) -> TrialRecord | None:
+        """The record as the learner knows it: objects where they were seen last, if they were watched."""
+        return None if self.record is None else as_seen(self.record, self.seen)
 
 
 @dataclass(frozen=True)
@@ -218,6 +225,7 @@ class Reproduced:
         reproduced: whether at least α of them succeeded.
         outside: trials in which an option began outside its initiation set.
         outside_failed: how many of those failed.
+        really: of watched trials, which are judged by what was seen, how many succeeded in the physics.
     """
 
     successes: int
@@ -227,6 +235,7 @@ class Reproduced:
     reproduced: bool
     outside: int = 0
     outside_failed: int = 0
+    really: int | None = None
 
 
 @dataclass(frozen=True)

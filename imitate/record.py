@@ -164,5 +164,5 @@ def as_seen(record: TrialRecord, seen: Sightings | None) -> TrialRecord:
     """
     if seen is None:
         return record
-    looks = np.searchsorted(seen.steps, np.arange(1, record.steps + 1), side="right")
-    return replace(record, object_poses=seen.believed[looks])
+    where = seen.believed[np.searchsorted(seen.steps, np.arange(record.steps + 1), side="right")]
+    return replace(record, start=replace(record.start, objects=where[0]), object_poses=where[1:])

@@ -12,7 +12,9 @@ from imitate.geometry import Array, read_only
 
 Action = Literal["pose", "gripper"]
 Gripping = Literal["untouched", "open", "missed", "slipped", "let go", "held"]
-Term = Literal["reach", "cost", "position", "angle", "position and angle", "moving", "holding", "place"]
+Term = Literal[
+    "reach", "sight", "cost", "position", "angle", "position and angle", "moving", "holding", "place"
+]
 
 
 @dataclass(frozen=True)
@@ -148,9 +150,9 @@ class Miss:
     """One reason for which β does not hold at a trial's end.
 
     Attributes:
-        term: a pose out of "reach"; the terminal "cost" (faithful β); a body off its shown "position",
-            "angle" or both, or still "moving"; the gripper "holding" what the hand is shown to leave; or what
-            an earlier skill placed, off its "place".
+        term: a pose out of "reach"; a body out of the camera's "sight"; the terminal "cost" (faithful β); a
+            body off its shown "position", "angle" or both, or still "moving"; the gripper "holding" what the
+            hand is shown to leave; or what an earlier skill placed, off its "place".
         words: for the operator.
         body: which one; empty where it is none in particular.
         distance: m from the shown position in the reference's frame.

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from rich.progress import Progress, ProgressColumn
     from rich.table import Table
 
+    from imitate.events import Reproduced
+
 SettingsFile = Annotated[
     Path | None,
     typer.Option("--settings", metavar="FILE.toml", help="Settings that differ from the defaults."),
@@ -46,6 +48,12 @@ RobotPlace = Annotated[
 Cluster = Annotated[
     str,
     typer.Option("--cluster", metavar="tcp://HOST:PORT", help="Run trials on a cluster of dask.distributed."),
+]
+ObserveTrials = Annotated[
+    bool,
+    typer.Option(
+        "--observe-trials", help="See the objects in trials by camera and tracker, as the paper did."
+    ),
 ]
 
 _WIDE = 1000
@@ -116,6 +124,11 @@ def narrate(text: str, wrapped: bool = False) -> None:
             text, width, subsequent_indent="    ", break_long_words=False, break_on_hyphens=False
         )
     typer.echo(text, err=True)
+
+
+def really(reproduced: Reproduced) -> str:
+    """Beside what was seen of a reproduction, what was so; empty where nobody watched."""
+    return "" if reproduced.really is None else f", seen; {reproduced.really} in the physics"
 
 
 def table(*columns: str, right: tuple[str, ...] = (), header: bool = True) -> Table:

@@ -47,6 +47,7 @@ def learn(
         list[str] | None,
         typer.Option("--symmetric", metavar="NAME", help="An object that may end turned, if it looks alike."),
     ] = None,
+    observe_trials: console.ObserveTrials = False,
     settings_file: console.SettingsFile = None,
     seed: console.Seed = 0,
     seeds: Annotated[
@@ -79,7 +80,9 @@ def learn(
     swept = seeds_of(seeds) if seeds else ()
     given: dict[str, Any] = {"mode": mode} if mode else {}
     given |= {"world": {"robot": robot}} if robot else {}
-    given |= {"learning": {"symmetric": symmetric}} if symmetric else {}
+    learning: dict[str, Any] = {"symmetric": symmetric} if symmetric else {}
+    learning |= {"observe_trials": True} if observe_trials else {}
+    given |= {"learning": learning} if learning else {}
     settings = load_settings(settings_file, given)
     if output:
         require_mcap(output)
@@ -196,5 +199,5 @@ def _show(progress: Progress, seconds: float) -> None:
         verdict = "reproduced" if r.reproduced else "not reproduced"
         console.write(
             f"{verdict}: {r.successes} of {r.trials} perturbed starts "
-            f"(95 % interval {r.low:.2f}–{r.high:.2f}), {seconds:.0f} s"
+            f"(95 % interval {r.low:.2f}–{r.high:.2f}), {seconds:.0f} s{console.really(r)}"
         )

@@ -22,6 +22,7 @@ def reproduce(
         float | None,
         typer.Option("--turn", metavar="DEGREES", min=0, help="How far each is turned, at most; 15."),
     ] = None,
+    observe_trials: console.ObserveTrials = False,
     robot: console.RobotPlace = "",
     workers: console.Workers = None,
     cluster: console.Cluster = "",
@@ -41,7 +42,9 @@ def reproduce(
     with console.progress() as bar:
         task = bar.add_task("reproducing", total=trials)
         factory = executors(workers or os.cpu_count() or 1, cluster)
-        for event in reproduce_session(session, trials, seed, factory, shift, turn, robot):
+        for event in reproduce_session(
+            session, trials, seed, factory, shift, turn, robot, observe_trials or None
+        ):
             if isinstance(event, TrialFinished):
                 bar.advance(task)
                 if event.failure:
@@ -60,6 +63,7 @@ def reproduce(
     else:
         console.write(
             f"{result.successes} of {result.trials} starts (95 % interval {result.low:.2f}–{result.high:.2f})"
+            f"{console.really(result)}"
         )
     if not result.reproduced:
         raise typer.Exit(console.Exit.LOSSY)

@@ -142,6 +142,10 @@ def _describe_one(message: DescriptorProto, cls: type, omit: frozenset[tuple[typ
         repeated = field.kind in ("scalars", "messages", "map")
         if field.kind in ("scalar", "scalars"):
             _add(message, field.name, number, _SCALARS[field.inner], repeated)
+            if field.default is None:  # a scalar tells none from zero only as a oneof's single member
+                message.field[-1].proto3_optional = True
+                message.field[-1].oneof_index = len(message.oneof_decl)
+                message.oneof_decl.add(name=f"_{field.name}")
         elif field.kind == "map":
             entry = message.nested_type.add(name="".join(map(str.title, field.name.split("_"))) + "Entry")
             entry.options.map_entry = True
@@ -234,7 +238,7 @@ def _fill(message: Any, value: Any) -> None:
 def _value(field: _Field, message: Any) -> Any:
     part = getattr(message, field.name)
     if field.kind == "scalar":
-        return part
+        return None if field.default is None and not message.HasField(field.name) else part
     if field.kind == "message":
         absent = field.default is None and not message.HasField(field.name)
         return None if absent else decode(field.inner, part)

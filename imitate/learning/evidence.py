@@ -68,7 +68,7 @@ class Witness:
     def _remember(self, trial: TrialFinished) -> None:
         if trial.purpose == "explore":
             self.costs[trial.update].append(trial.cost.total)
-        policy, record = trial.policies[-1], trial.record
+        policy, record = trial.policies[-1], trial.believed
         if trial.purpose == "prepare" or record is None:
             return
         if trial.purpose == "evaluate":
@@ -179,6 +179,7 @@ def _failing(shortfall: Shortfall) -> str:
         "moving": f"{body} is still moving",
         "holding": f"{body} is not let go",
         "reach": "a pose is out of reach",
+        "sight": "an object is not seen",
         "cost": "the terminal cost is too high",
         "place": "what was placed before is undone",
     }[shortfall.term]

@@ -14,10 +14,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imitate.events import Converged, Evaluated, Event, PolicyUpdated, Purpose, TrialFinished
+from imitate.geometry import Array
 from imitate.learning.exploration import adapted, first_spread, improved, sample
 from imitate.learning.option import Success
+from imitate.learning.placement import unseen
 from imitate.learning.problem import Problem, cost_of, failure_of, misses_of
-from imitate.learning.trials import Task, Trials, perturbed_starts
+from imitate.learning.trials import WATCHING, Task, Trials, perturbed_starts
 from imitate.policy.pi2 import noise_factor
 from imitate.record import Start
 from imitate.settings import Settings
@@ -62,6 +64,7 @@ class Improvement:
         self.trials = trials
         self.settings: Settings = trials.settings
         self.seed = seed
+        self.expected: Array | None = None  # where exploration last saw the objects, if trials are watched
         self.count = 0
         self.update = 0
         self.tried: list[TrialFinished] = []
@@ -122,9 +125,10 @@ class Improvement:
         # Exploration starts where the accepted options end from the shown start, at rest.
         if not self.prefix:
             return shown
-        outcome = next(self.trials.run([Task(shown, self.prefix)]))
+        outcome = next(self.trials.run(self._tasks([(shown, self.prefix)])))
         yield self._event(outcome, "prepare", self.prefix)
-        record = outcome.record
+        record, seen = outcome.record, outcome.seen
+        self.expected = None if seen is None else seen.believed[-1]
         return Start(record.joint_positions[-1], record.object_poses[-1], float(record.commands[-1, -1]))
 
     def _batch(self) -> list[Policy]:
@@ -139,7 +143,8 @@ class Improvement:
     def _explore(self, start: Start, batch: Sequence[Policy]) -> Generator[Event, None, float]:
         # Returns the cost of the batch's first trial, which is the mean policy's from the second batch on.
         before = len(self.tried)
-        for policy, outcome in zip(batch, self.trials.run([Task(start, (p,)) for p in batch]), strict=True):
+        tasks = self._tasks([(start, (policy,)) for policy in batch], self.expected)
+        for policy, outcome in zip(batch, self.trials.run(tasks), strict=True):
             event = self._event(outcome, "explore", (policy,))
             yield event
             self.tried.append(event)
@@ -147,18 +152,40 @@ class Improvement:
 
     def _event(self, outcome: Outcome, purpose: Purpose, policies: tuple[Policy, ...]) -> TrialFinished:
         s = self.settings.learning
-        record, unreachable = outcome.record, outcome.unreachable
+        stopped = outcome.unreachable or outcome.unseen
         if purpose == "prepare":
-            cost = CostTerms(0.0, 0.0, 0.0)
-            misses: tuple[Miss, ...] = (Miss("reach", unreachable),) if unreachable else ()
+            cost, lost = CostTerms(0.0, 0.0, 0.0), outcome.unseen
+            misses: tuple[Miss, ...] = (Miss("reach", stopped),) if stopped else ()
         else:
-            cost = cost_of(self.problem, record, bool(unreachable), s)
-            misses = misses_of(self.problem, record, unreachable, cost, s)
+            lost = outcome.unseen or unseen(outcome.seen, self.problem.object_names, self.problem.judged)
+            cost = cost_of(self.problem, outcome.believed, bool(stopped), s)
+            misses = misses_of(self.problem, outcome.believed, outcome.unreachable, cost, s)
+        if lost and not outcome.unreachable:
+            misses = (Miss("sight", lost),)
         trial, self.count = self.count, self.count + 1
         failure = failure_of(misses)
         return TrialFinished(
-            *self._id, trial, purpose, self.update, policies, cost, not misses, failure, record, misses
+            *self._id,
+            trial,
+            purpose,
+            self.update,
+            policies,
+            cost,
+            not misses,
+            failure,
+            outcome.record,
+            misses,
+            outcome.seen,
         )
+
+    def _tasks(
+        self, trials: Sequence[tuple[Start, tuple[Policy, ...]]], expected: Array | None = None
+    ) -> list[Task]:
+        # What chance there is in watching a trial follows from its number.
+        return [
+            Task(start, policies, self._seed(WATCHING, self.count + k), expected)
+            for k, (start, policies) in enumerate(trials)
+        ]
 
     def _compete(self) -> Generator[Event, None, Learned | None]:
         # The successful trials that have not competed yet do so on perturbed starts; the winner is judged.
@@ -187,9 +214,9 @@ class Improvement:
         near, angle = s.margin * s.near, s.margin * s.near_angle
         strict = s.model_copy(update={"near": near, "near_angle": angle})
         firm = [
-            not misses_of(self.problem, e.record, "", e.cost, strict)
+            not misses_of(self.problem, e.believed, "", e.cost, strict)
             for e in events
-            if e.success and e.record is not None
+            if e.success and e.believed is not None
         ]
         return sum(firm) / len(events)
 
@@ -211,7 +238,7 @@ class Improvement:
     ) -> Generator[Event, None, list[TrialFinished]]:
         policies = (*self.prefix, policy)
         events = []
-        for outcome in self.trials.run([Task(start, policies) for start in starts]):
+        for outcome in self.trials.run(self._tasks([(start, policies) for start in starts])):
             event = self._event(outcome, purpose, policies)
             yield event
             events.append(event)

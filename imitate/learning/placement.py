@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from imitate.demonstration import HAND, TABLE, Demonstration
 from imitate.geometry import IDENTITY, Array, angle_between, relative, resample
-from imitate.record import TrialRecord
+from imitate.record import Sightings, TrialRecord
 from imitate.settings import Learning
 from imitate.skill import Segment
 
@@ -75,6 +75,15 @@ def misplaced(
         elif place.left and record.contact_forces[-1, place.index] > 0:
             reasons.append(f"the gripper still touches {place.name}")
     return "; ".join(reasons)
+
+
+def unseen(seen: Sightings | None, object_names: Sequence[str], bodies: Iterable[str]) -> str:
+    """Which of these bodies the camera did not see at a trial's end, in words; empty where nobody watched."""
+    if seen is None:
+        return ""
+    hidden = {name for name, shown in zip(object_names, seen.in_sight, strict=True) if not shown}
+    lost = [name for name in object_names if name in hidden.intersection(bodies)]
+    return f"{' and '.join(lost)} {'were' if len(lost) > 1 else 'was'} not seen at the end" if lost else ""
 
 
 def resting(poses: Array, time_step: float, settings: Learning) -> bool:

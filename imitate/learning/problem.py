@@ -43,6 +43,12 @@ class Problem:
     object_names: tuple[str, ...]
     symmetric: dict[str, Array]
 
+    @property
+    def judged(self) -> set[str]:
+        """Every body whose pose at a trial's end is asked for."""
+        placed = {body for place in self.placed for body in (place.name, place.reference)}
+        return {*self.shown, self.formulation.abstraction.reference, *placed}
+
 
 def formulate(
     demonstration: Demonstration, segments: tuple[Segment, ...], formulation: Formulation, settings: Settings

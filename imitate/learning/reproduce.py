@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,9 +12,9 @@ from imitate.events import Event, Reproduced, TrialFinished
 from imitate.learning.grasp import grasp_of
 from imitate.learning.initiation import probability, start_of
 from imitate.learning.option import Option, Success
-from imitate.learning.placement import Placement, misplaced, placements
+from imitate.learning.placement import Placement, misplaced, placements, unseen
 from imitate.learning.problem import cost_of, failure_of
-from imitate.learning.trials import Task, Trials, perturbed_starts
+from imitate.learning.trials import WATCHING, Task, Trials, perturbed_starts
 from imitate.record import TrialRecord
 from imitate.settings import Learning
 from imitate.skill import Grasp, Miss, Segment
@@ -34,17 +34,24 @@ def reproduce(
     policies = tuple(option.policy for option in options)
     starts = perturbed_starts(trials.spec, count, seed, trials.settings)
     judge = _Judge(options, wanted, trials.settings.learning)
-    successes = outside = outside_failed = 0
-    for number, outcome in enumerate(trials.run([Task(start, policies) for start in starts])):
-        strange = judge.began_outside(outcome.record)
+    tasks = [Task(start, policies, _watching(seed, k)) for k, start in enumerate(starts)]
+    successes = outside = outside_failed = really = 0
+    for number, outcome in enumerate(trials.run(tasks)):
+        strange = judge.began_outside(outcome.believed)
         event = judge.event(number, outcome, strange)
         successes += event.success
         outside += bool(strange)
         outside_failed += bool(strange) and not event.success
+        really += not judge.misses(replace(outcome, seen=None))
         yield event
-    success = Success(successes, count)
-    reproduced = success.rate >= trials.settings.learning.alpha
-    yield Reproduced(successes, count, *success.interval, reproduced, outside, outside_failed)
+    success, s = Success(successes, count), trials.settings.learning
+    truth = really if s.observe_trials else None
+    reproduced = success.rate >= s.alpha
+    yield Reproduced(successes, count, *success.interval, reproduced, outside, outside_failed, truth)
+
+
+def _watching(seed: np.random.SeedSequence, number: int) -> np.random.SeedSequence:
+    return np.random.SeedSequence(seed.entropy, spawn_key=(*seed.spawn_key, WATCHING, number))
 
 
 @dataclass(frozen=True)
@@ -54,8 +61,8 @@ class _Judge:
     settings: Learning
 
     def event(self, number: int, outcome: Outcome, strange: str) -> TrialFinished:
-        problem, record = self.options[-1].problem, outcome.record
-        misses = self._misses(outcome)
+        problem, stopped = self.options[-1].problem, bool(outcome.unreachable or outcome.unseen)
+        misses = self.misses(outcome)
         failure = "; ".join(filter(None, (failure_of(misses), strange)))
         return TrialFinished(
             segment=problem.formulation.segment,
@@ -64,11 +71,12 @@ class _Judge:
             purpose="reproduce",
             update=0,
             policies=tuple(option.policy for option in self.options),
-            cost=cost_of(problem, record, bool(outcome.unreachable), self.settings),
+            cost=cost_of(problem, outcome.believed, stopped, self.settings),
             success=not misses,
             failure=failure if misses else "",
-            record=record,
+            record=outcome.record,
             misses=misses,
+            seen=outcome.seen,
         )
 
     def began_outside(self, record: TrialRecord) -> str:
@@ -82,10 +90,14 @@ class _Judge:
                 return f"skill {i + 1} began outside its initiation set (p = {p:.2f})"
         return ""
 
-    def _misses(self, outcome: Outcome) -> tuple[Miss, ...]:
+    def misses(self, outcome: Outcome) -> tuple[Miss, ...]:
+        """What of the task is not done; empty when everything is where it was shown."""
         if outcome.unreachable:
             return (Miss("reach", outcome.unreachable),)
-        record, names = outcome.record, self.options[-1].problem.object_names
+        record, names = outcome.believed, self.options[-1].problem.object_names
+        bodies = {body for place in self.wanted for body in (place.name, place.reference)}
+        if lost := outcome.unseen or unseen(outcome.seen, names, bodies):
+            return (Miss("sight", lost),)
         return tuple(
             Miss("place", words, place.name, grasp=self._grasp(record, place))
             for place in self.wanted

@@ -8,7 +8,7 @@ import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import partial
 from multiprocessing import get_context, parent_process
 from types import TracebackType
@@ -18,6 +18,7 @@ import numpy as np
 
 from imitate.errors import ImitateError
 from imitate.geometry import Array, compose
+from imitate.learning.watching import Watcher
 from imitate.record import SceneSpec, Start
 from imitate.settings import Settings
 from imitate.skill import Policy
@@ -26,16 +27,28 @@ from imitate.world.trial import Outcome, Simulator
 
 ExecutorFactory = Callable[[], Executor]
 
+WATCHING = 0x5EE
+"""spawn key of what is drawn while trials are watched."""
+
 _DEATHS_FORGIVEN = 3
 _ONE_AT_A_TIME = threading.Lock()  # a cluster's worker may have several threads, and a world is one
 
 
 @dataclass(frozen=True)
 class Task:
-    """One trial to run: where it starts and the policies run in a row."""
+    """One trial to run.
+
+    Attributes:
+        start: where it starts.
+        policies: those run in a row.
+        seed: of what chance there is in watching it.
+        expected: (K, 7) where the objects were seen before, if they were; else they are looked for.
+    """
 
     start: Start
     policies: tuple[Policy, ...]
+    seed: np.random.SeedSequence = field(default_factory=lambda: np.random.SeedSequence(0))
+    expected: Array | None = None
 
 
 def process_pool(workers: int) -> ExecutorFactory:
@@ -128,19 +141,27 @@ def executors(workers: int, cluster_address: str = "") -> ExecutorFactory:
 
 def _run_task(scene: bytes, task: Task) -> Outcome:
     with _ONE_AT_A_TIME:
-        return _simulator(scene).run(task.start, task.policies)
+        simulator, watcher = _simulator(scene)
+        if watcher is None:
+            return simulator.run(task.start, task.policies)
+        watcher.begin(task.expected, task.seed)
+        return replace(simulator.run(task.start, task.policies, watcher), seen=watcher.sightings)
 
 
-_kept: dict[bytes, Simulator] = {}
+_kept: dict[bytes, tuple[Simulator, Watcher | None]] = {}
 
 
-def _simulator(scene: bytes) -> Simulator:
-    # The one of the latest scene is kept.
+def _simulator(scene: bytes) -> tuple[Simulator, Watcher | None]:
+    # Those of the latest scene are kept.
     if scene not in _kept:
         while _kept:
-            _kept.popitem()[1].close()
+            simulator, watcher = _kept.popitem()[1]
+            simulator.close()
+            if watcher:
+                watcher.close()
         spec, settings = pickle.loads(scene)
-        _kept[scene] = Simulator(World(spec, settings.world), settings)
+        watcher = Watcher(spec, settings) if settings.learning.observe_trials else None
+        _kept[scene] = Simulator(World(spec, settings.world), settings), watcher
     return _kept[scene]
 
 

@@ -29,6 +29,7 @@ def reproduce_session(
     shift: float | None = None,
     turn: float | None = None,
     robot: str = "",
+    observe_trials: bool | None = None,
 ) -> Iterator[Event]:
     """Runs the options of a session from ``count`` perturbed starts.
 
@@ -40,6 +41,7 @@ def reproduce_session(
         shift: m by which each object is moved at most; as the session's settings say otherwise.
         turn: degrees by which each is turned at most, likewise.
         robot: the TOML file beside which the robot's files are now, if not where they were.
+        observe_trials: whether camera and tracker see the objects, likewise.
 
     Raises:
         FileError: not a session, or one in which some skill was not learned; names it.
@@ -70,8 +72,9 @@ def reproduce_session(
             f"Learn again with another seed: imitate learn {started.source} --seed {started.seed + 1}",
         )
     settings = settings_from_toml(started.settings)
-    wider = {k: v for k, v in {"shift": shift, "turn": turn}.items() if v is not None}
-    settings = settings.model_copy(update={"learning": settings.learning.model_copy(update=wider)})
+    given = {"shift": shift, "turn": turn, "observe_trials": observe_trials}
+    changed = {name: value for name, value in given.items() if value is not None}
+    settings = settings.model_copy(update={"learning": settings.learning.model_copy(update=changed)})
     demonstration = interpolated(started.demonstration)
     options = tuple(
         Option(formulate(demonstration, segments, formulation, settings), option.policy, option.initiation)

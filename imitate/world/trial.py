@@ -17,7 +17,7 @@ from imitate.demonstration import TABLE
 from imitate.geometry import IDENTITY, Array, align_signs, compose, relative
 from imitate.policy.dmp import response, rollout, scaling
 from imitate.policy.orientation import to_channels, to_poses
-from imitate.record import Sightings, Start, TrialRecord
+from imitate.record import Sightings, Start, TrialRecord, as_seen
 from imitate.settings import Settings
 from imitate.skill import Policy
 from imitate.world.engine import pybullet
@@ -52,13 +52,20 @@ class Outcome:
 
     Attributes:
         record: its steps.
-        unreachable: in words what stopped it: a pose out of reach, or a reference that was never seen.
+        unreachable: in words the pose that stopped it, if one was out of reach.
+        unseen: in words the reference that stopped it, if it was watched and that was never seen.
         seen: where objects were seen, if it was watched.
     """
 
     record: TrialRecord
     unreachable: str = ""
+    unseen: str = ""
     seen: Sightings | None = None
+
+    @property
+    def believed(self) -> TrialRecord:
+        """The record with objects where they were seen, if it was watched."""
+        return as_seen(self.record, self.seen)
 
 
 class Simulator:
@@ -89,21 +96,21 @@ class Simulator:
             look()
         commands = [np.append(start.joints[: len(self.arm.joints)], start.force)]
         option_starts: list[int] = []
-        unreachable = ""
+        unreachable = unseen = ""
         for policy in policies:
             option_starts.append(len(steps.joint_positions))
             reference = self._pose_of(policy.reference, watch)
             if reference is None:
                 plan = commands[-1][None]
-                unreachable = f"{policy.reference} was not seen when the skill was to start"
+                unseen = f"{policy.reference} was not seen when the skill was to start"
             else:
                 plan, unreachable = self._plan(policy, reference, commands[-1])
             self._execute(np.vstack([commands[-1], plan]), steps, look=look)
             commands.extend(plan)
-            if unreachable:
+            if unreachable or unseen:
                 break
         record = steps.record(start, self._grid, tuple(option_starts), np.array(commands[1:]))
-        return Outcome(record, unreachable)
+        return Outcome(record, unreachable, unseen)
 
     def resimulate(self, record: TrialRecord) -> TrialRecord:
         """The trial that results from a record's start and commands."""

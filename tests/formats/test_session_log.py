@@ -21,6 +21,7 @@ from imitate.formats import session_log
 from imitate.formats.kind import kind_of
 from imitate.formats.mcap_file import McapReader, contents
 from imitate.formats.session_log import SessionReader, SessionWriter, read_session, summarise
+from imitate.record import Sightings
 from imitate.skill import Decision, Grasp, InitiationSet, Miss
 
 
@@ -98,6 +99,20 @@ def test_the_hands_opening_survives(tmp_path: Path, opening: np.ndarray | None) 
     started = replace(started, demonstration=replace(started.demonstration, opening=opening))
     (read,) = read_session(written(tmp_path / "s.mcap", [started]))
     assert same(read, started)
+
+
+def test_what_was_seen_of_a_trial_survives(tmp_path: Path) -> None:
+    poses = np.arange(42.0).reshape(3, 2, 7)
+    poses[1, 0] = np.nan
+    seen = Sightings(poses[0], (0, 30, 40), poses)
+    watched = replace(scripted.trial(0, 0, 0, "explore", 0, 1.0, ""), record=recorded.record(), seen=seen)
+    alone = replace(watched, trial=1, seen=None)
+    none, some = (events.Reproduced(0, 2, 0.0, 0.7, False, really=really) for really in (None, 0))
+    story = [scripted.started(), watched, alone, none, some]
+    read = list(read_session(written(tmp_path / "s.mcap", story)))
+    assert all(same(before, after) for before, after in zip(story, read, strict=True))
+    assert isinstance(read[1], TrialFinished)
+    assert same(read[1].believed, watched.believed)
 
 
 def test_the_same_session_gives_the_same_bytes(tmp_path: Path, session: Path, story: list[Event]) -> None:
@@ -202,8 +217,14 @@ def test_a_cut_file_gives_whole_trials(tmp_path: Path, session: Path, story: lis
 def test_a_damaged_chunk_is_named_and_the_rest_read(
     tmp_path: Path, session: Path, story: list[Event]
 ) -> None:
+    with session.open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary
+    steps = {c.id for c in summary.channels.values() if c.topic in ("/tf", "/imitate/trial_steps")}
+    chunks = [chunk for chunk in summary.chunk_indexes if set(chunk.message_index_offsets) == steps]
+    chunk = chunks[len(chunks) // 2]
     data = bytearray(session.read_bytes())
-    data[len(data) // 2] ^= 0x10
+    data[chunk.chunk_start_offset + chunk.chunk_length // 2] ^= 0x10
     path = tmp_path / "flipped.mcap"
     path.write_bytes(data)
     reader = SessionReader(path)

@@ -9,15 +9,17 @@ from records import moved, still
 
 from imitate.events import Converged, Evaluated, PolicyUpdated, TrialFinished
 from imitate.learning.improve import Improvement
+from imitate.record import Sightings
 from imitate.settings import load_settings
 from imitate.world.scene import scene_of, shown_start
 from imitate.world.trial import Outcome
 
 
 class Pretended:
-    """Trials whose block ends ``miss(policy)`` metres from its place."""
+    """Trials whose block ends ``miss(policy)`` metres from its place; ``watch`` makes sightings."""
 
-    def __init__(self, demonstration, settings, miss):
+    def __init__(self, demonstration, settings, miss, watch=None):
+        self.watch = watch
         self.spec = scene_of(demonstration, settings.world)
         self.settings = settings
         self.record = still(demonstration)
@@ -26,7 +28,8 @@ class Pretended:
     def run(self, tasks):
         for task in tasks:
             policy = task.policies[-1]
-            yield Outcome(moved(self.record, 0, [0, 0, self.miss(policy)]))
+            record = moved(self.record, 0, [0, 0, self.miss(policy)])
+            yield Outcome(record, seen=self.watch(record) if self.watch else None)
 
 
 def force(policy):
@@ -45,9 +48,9 @@ def held_from(newtons):
 def learn(short_demonstration, carry_problem):
     """Runs the improvement; returns the events and what was learned."""
 
-    def run(miss, gripper=True, seed=0, prefix=(), **learning):
+    def run(miss, gripper=True, seed=0, prefix=(), watch=None, **learning):
         settings = load_settings(None, {"mode": learning.pop("mode", "robust"), "learning": learning})
-        trials = Pretended(short_demonstration, settings, miss)
+        trials = Pretended(short_demonstration, settings, miss, watch)
         imitated = carry_problem.imitated
         mean = imitated if gripper else replace(imitated, gripper_weights=np.zeros(0))
         sequence = np.random.SeedSequence(seed)
@@ -158,3 +161,45 @@ def test_learning_goes_on_where_the_starts_do_not_tell_whether_p_reaches_alpha(l
     assert len(explored(events)) == 45
     events, _ = learn(one_in(4), more_updates=0, **settings)
     assert len(explored(events)) == 30
+
+
+def seen_as(shift=0.0, lost=False):
+    """Sightings of a record, the block ``shift`` metres higher than it is, or lost in the last look."""
+
+    def watch(record):
+        poses = record.object_poses[[0, -1]].copy()
+        poses[:, 0, 2] += shift
+        if lost:
+            poses[-1, 0] = np.nan
+        return Sightings(record.start.objects, (0, record.steps), poses)
+
+    return watch
+
+
+def test_what_was_seen_is_believed_against_the_physics(learn):
+    _, mistaken = learn(lambda _: 0.1, watch=seen_as(shift=-0.1))
+    assert mistaken.accepted
+    _, misled = learn(lambda _: 0.0, watch=seen_as(shift=0.1))
+    assert (misled.accepted, misled.why[:16]) == (False, "cubeA ends 100 m")
+
+
+def test_a_block_lost_from_sight_at_the_end_is_a_failure_that_says_so(learn):
+    events, learned = learn(lambda _: 0.0, watch=seen_as(lost=True))
+    assert {e.failure for e in explored(events)} == {"cubeA was not seen at the end"}
+    assert all(np.isfinite(e.cost.total) for e in explored(events))
+    assert (learned.accepted, learned.why) == (False, "cubeA was not seen at the end")
+
+
+def test_each_trial_is_watched_with_chance_of_its_own(short_demonstration, carry_problem):
+    settings = load_settings()
+    trials = Pretended(short_demonstration, settings, lambda _: 0.0)
+    asked = []
+    run = trials.run
+    trials.run = lambda tasks: asked.extend(tasks) or run(tasks)
+    course = Improvement(carry_problem, (), carry_problem.imitated, trials, np.random.SeedSequence(1))
+    for _ in course.run(shown_start(trials.spec)):
+        pass
+    keys = [task.seed.spawn_key for task in asked]
+    assert len(keys) > 20
+    assert len(set(keys)) == len(keys)
+    assert {task.seed.entropy for task in asked} == {1}

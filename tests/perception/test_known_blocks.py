@@ -28,8 +28,8 @@ def shot(t, poses, generator, board=None):
 @pytest.mark.parametrize(("shift", "turn"), [(0.0, 0.0), (0.02, 15.0), (0.1, 40.0)])
 def test_they_are_found_wherever_they_stand(shift, turn):
     generator = np.random.default_rng(0)
-    away = np.deg2rad(turn) * np.array([1, -1])
-    there = from_yaw(HERE[:, :3] + [[shift, -shift, 0], [-shift, shift / 2, 0]], away + [0.3, -0.4])
+    yaws = np.array([0.3, -0.4]) + np.deg2rad(turn) * np.array([1, -1])
+    there = from_yaw(HERE[:, :3] + [[shift, -shift, 0], [-shift, shift / 2, 0]], yaws)
     seeking = blocks()
     for k in range(4):
         seen = seeking.follow(shot(k / 10, there, generator), None)
