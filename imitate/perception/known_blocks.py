@@ -54,10 +54,14 @@ class KnownBlocks:
             for hue, size, pose in zip(hues, sizes, expected, strict=True)
         ]
         self._generators = [np.random.default_rng(child) for child in seed.spawn(len(self._blocks))]
+        self._last: list[Array | None] = [None if sought else pose for pose in expected]
         self._frames = 0
 
     def follow(self, frame: RgbdFrame, hand: Motion | None) -> Array:
         """(K, 7) world poses in this frame; seven NaN where a block is not seen.
+
+        One that was seen, and where it was last seen is now wholly hidden, as by a hand around it, is still
+        there: a block whose place is in view and empty is not.
 
         Args:
             frame: the next one.
@@ -70,4 +74,10 @@ class KnownBlocks:
         ]
         for block in self._blocks:
             block.lie(self._blocks)
-        return np.array([np.full(7, np.nan) if s.pose is None else s.pose for s in sights])
+        for k, (block, sight) in enumerate(zip(self._blocks, sights, strict=True)):
+            last = self._last[k]
+            if sight.pose is not None:
+                self._last[k] = sight.pose
+            elif last is not None and not block.is_covered_at(view, self._blocks, last):
+                self._last[k] = None
+        return np.array([np.full(7, np.nan) if pose is None else pose for pose in self._last])

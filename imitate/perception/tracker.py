@@ -51,6 +51,8 @@ SOLID = 0.7
 """share of its pixels that must agree with a box in the first frame, else its surface is followed instead."""
 HALF, PROOF = 0.5, 12.0
 """share of a resting block's outline below which a movement needs proof: log-likelihood that it gains."""
+UNHIDDEN = 0.1
+"""share of an outline that may speak against a block that is hidden there."""
 TOUCH = 0.015
 """m between the hand's tool-centre point and a block that it may move."""
 LOW, LEANING = 0.006, 0.05
@@ -151,6 +153,12 @@ class BlockTracker:
         best = self._stayed(best) or best
         self._accept(best, guesses, view.frame.t)
         return Sight(np.array(self._pose), self._confidence(best.fit))
+
+    def is_covered_at(self, view: View, others: Sequence[Body], pose: Array) -> bool:
+        """Whether all that would be seen of the block at ``pose`` (7,) is hidden: nothing speaks against it."""
+        others = [other for other in others if other is not self]
+        fit = self._look(view, pose[None, :3], others).fit(pose)
+        return fit.against + fit.missed <= UNHIDDEN * (fit.shown + fit.against + fit.hidden)
 
     def lie(self, blocks: Sequence[BlockTracker]) -> None:
         """Rights the block where it leans little and stands on the table or on another of the blocks."""

@@ -56,14 +56,22 @@ def test_what_the_hand_carries_is_followed_at_two_looks_a_second():
         assert np.linalg.norm(seen[0, :3] - pose[:3]) < 0.004
 
 
-def test_what_is_hidden_is_not_seen_and_comes_back():
+def test_what_is_hidden_where_it_was_seen_is_still_there_and_comes_back():
     generator, following = np.random.default_rng(3), blocks()
-    following.follow(shot(0, HERE, generator), None)
+    before = following.follow(shot(0, HERE, generator), None)
     hidden = following.follow(shot(0.1, HERE, generator, (slice(160, 320), 0.4)), None)
-    assert np.isnan(hidden[0]).all()
-    assert not np.isnan(hidden[1]).any()
+    assert np.array_equal(hidden[0], before[0])
     again = following.follow(shot(0.2, HERE, generator), None)
     assert np.linalg.norm(again[0, :3] - HERE[0, :3]) < 0.004
+
+
+def test_what_has_left_its_place_is_not_seen():
+    generator, following = np.random.default_rng(3), blocks()
+    following.follow(shot(0, HERE, generator), None)
+    gone = HERE - np.array([[0, 0, 3, 0, 0, 0, 0], [0] * 7])
+    seen = following.follow(shot(0.1, gone, generator), None)
+    assert np.isnan(seen[0]).all()
+    assert not np.isnan(seen[1]).any()
 
 
 def test_a_block_that_is_not_there_is_not_found():
