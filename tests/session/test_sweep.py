@@ -184,6 +184,8 @@ def test_interrupted_it_ends_after_the_present_trial_with_whole_files(source, tm
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        # Tests that run in the background of a shell ignore Ctrl-C, and what they start would as well.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     log = tmp_path / "s-0.mcap"
     deadline = time.monotonic() + 60
