@@ -121,7 +121,7 @@ class PolicySettings(_Section):
     """forcing-term kernels of each of the pose's channels."""
     form: Literal["hoffmann", "original"] = "hoffmann"
     """Hoffmann's form of the primitives, or Schaal's original one (the paper, Appendix B)."""
-    orientation: Literal["quaternion", "log"] = "quaternion"
+    orientation: Literal["quaternion", "log"] = "log"
     """orientation's channels: the quaternion's four (the paper), or three of its logarithm (Ude 2014)."""
     phase_decay: float = Field(default=4.6, gt=0, le=20)
     """the phase ends at exp(−phase_decay): 0.01."""
@@ -191,7 +191,7 @@ class Learning(_Section):
     """m, standard deviation of the goal's position, which is then learned; the authors' robot had 0.03."""
     goal_turn_noise: float = Field(default=0.0, ge=0)
     """of each component of the goal's quaternion, likewise; the authors' robot had 0.07."""
-    improve_by: Literal["total", "terminal-first", "terminal"] = "terminal-first"
+    improve_by: Literal["total", "terminal-first", "terminal"] = "terminal"
     """which cost improves the policy: the total; the terminal cost until a trial succeeds, then the total; or
     the terminal cost. But for "total", the noise narrows only once a trial has succeeded."""
     converged_below: float = Field(default=3.0, ge=0)
@@ -328,7 +328,7 @@ _FAITHFUL: dict[str, dict[str, Any]] = {
         "closed_end_cost": 0.0,
         "gripper_noise": 60.0,
     },
-    "policy": {"gripper_decay": 2.0},
+    "policy": {"gripper_decay": 2.0, "orientation": "quaternion"},
 }
 
 
