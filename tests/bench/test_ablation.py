@@ -1,0 +1,78 @@
+"""What each part of learning is worth: the human stacking learned without it, ten seeds a row.
+
+Run: pytest -m bench -s tests/bench/test_ablation.py
+IMITATE_SEEDS=N takes other than ten seeds, IMITATE_WORKERS=N other than two sessions at a time.
+"""
+
+import os
+from dataclasses import replace
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+import pytest
+
+from imitate.formats.demonstrations import read_demonstration, write_demonstration
+from imitate.session.session import Request
+from imitate.session.sweep import session_pool, sweep
+from imitate.settings import load_settings
+
+pytestmark = pytest.mark.bench
+FIXTURE = Path(__file__).parents[2] / "fixtures" / "human_stack.npz"
+SEEDS = range(int(os.environ.get("IMITATE_SEEDS", "10")))
+WORKERS = int(os.environ.get("IMITATE_WORKERS", "2"))
+GOAL = {"goal_noise": 0.01, "goal_turn_noise": 0.02}
+ROWS = {
+    "robust (PI^BB)": ({}, 0.0),
+    "faithful (PI²)": ({"mode": "faithful"}, 0.0),
+    "robust, without reformulation": ({"learning": {"reformulate": False}}, 0.0),
+    "robust, with goal learning": ({"learning": GOAL}, 0.0),
+    "robust, PI² for PI^BB": ({"learning": {"exploration": "per-kernel"}}, 0.0),
+    "robust, PI²-CMA for PI^BB": ({"learning": {"exploration": "covariance"}}, 0.0),
+    "robust, PoWER for PI^BB": ({"learning": {"exploration": "power"}}, 0.0),
+    "robust, objects seen 1 cm off": ({}, 0.01),
+    "the same with goal learning": ({"learning": GOAL}, 0.01),
+}
+
+
+def seen_off(folder, seed, metres):
+    """The demonstration with all objects seen that far off in one direction, as by a camera out of place."""
+    if not metres:
+        return FIXTURE
+    path = folder / f"off-{seed}.npz"
+    if not path.exists():
+        angle = np.random.default_rng(seed).uniform(0, 2 * np.pi)
+        shown = read_demonstration(FIXTURE)
+        objects = shown.objects.copy()
+        objects[..., :2] += metres * np.array([np.cos(angle), np.sin(angle)])
+        write_demonstration(replace(shown, objects=objects), path)
+    return path
+
+
+def trials_of(swept):
+    """Explored trials of each accepted formulation of the carry."""
+    carries = [skill for skill in swept.progress.skills if skill.segment.abstraction.carried]
+    return [attempt.explored for skill in carries for attempt in skill.attempts if attempt.accepted]
+
+
+def whole(swept):
+    """Share of the new starts from which the whole task succeeded; none where a skill was not learned."""
+    done = swept.progress.reproduced
+    return done.successes / done.trials if done else 0.0
+
+
+@pytest.mark.parametrize("name", ROWS)
+def test_each_part(name, tmp_path, capsys):
+    overrides, off = ROWS[name]
+    settings = load_settings(None, overrides)
+    requests = [Request(seen_off(tmp_path, seed, off), settings, seed, workers=0) for seed in SEEDS]
+    came = sweep(requests, session_pool(WORKERS))
+    trials = [n for swept in came for n in trials_of(swept)]
+    with capsys.disabled():
+        print(
+            f"\n| {name} | {sum(s.reproduced for s in came)} of {len(came)} "
+            f"| {np.mean([whole(s) for s in came]):.2f} | {median(trials) if trials else '–'} "
+            f"| {median(s.wall_s for s in came):.0f} |",
+            flush=True,
+        )
+    assert not [swept.error for swept in came if swept.error]
