@@ -155,7 +155,7 @@ class BlockTracker:
         return Sight(np.array(self._pose), self._confidence(best.fit))
 
     def is_covered_at(self, view: View, others: Sequence[Body], pose: Array) -> bool:
-        """Whether all that would be seen of the block at ``pose`` (7,) is hidden: nothing speaks against it."""
+        """Whether all that would be seen of the block at ``pose`` (7,) is hidden, nothing against it."""
         others = [other for other in others if other is not self]
         fit = self._look(view, pose[None, :3], others).fit(pose)
         return fit.against + fit.missed <= UNHIDDEN * (fit.shown + fit.against + fit.hidden)
