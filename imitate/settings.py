@@ -171,8 +171,8 @@ class Learning(_Section):
     """standard deviation, as a share of the mean absolute pose weight."""
     gripper_noise: float = Field(default=40.0, ge=0)
     """N, standard deviation; where the phase falls evenly, 40 found a grasp more often than 60."""
-    gripper_from_opening: bool = False
-    """the gripper's first weights close it while the hand was seen closed; otherwise they are 0. Not in the
+    gripper_from_opening: bool = True
+    """the gripper's first weights close it while the hand was seen closed; otherwise they are 0. False in the
     faithful mode, where the force is to be discovered."""
     seen_force: float = Field(default=20.0, gt=0)
     """N by which it closes then; in scripted schedules 20 held, 10 slipped (ALGORITHMS 5)."""
@@ -327,6 +327,7 @@ _FAITHFUL: dict[str, dict[str, Any]] = {
         "judge": "cost",
         "closed_end_cost": 0.0,
         "gripper_noise": 60.0,
+        "gripper_from_opening": False,
     },
     "policy": {"gripper_decay": 2.0, "orientation": "quaternion"},
 }

@@ -16,7 +16,7 @@ from imitate.settings import Settings, load_settings
 from imitate.skill import Abstraction, Formulation, Segment
 
 SETTINGS = Settings()
-FROM_OPENING = load_settings(overrides={"learning": {"gripper_from_opening": True}})
+FAITHFUL = load_settings(overrides={"mode": "faithful"})
 CARRY = Segment(2.0, 8.0, Abstraction(("hand", "blue"), "green"))
 TICKS = 360
 AT = np.linspace(CARRY.start, CARRY.end, TICKS)
@@ -78,7 +78,7 @@ def test_frames_in_which_the_fingers_were_not_seen_are_bridged():
     ids=["not observed", "never closed", "drift alone", "not seen in the segment"],
 )
 def test_where_nothing_tells_open_from_closed_there_are_no_weights(opening):
-    assert gripper_weights(shown(opening), CARRY, TICKS, FROM_OPENING) is None
+    assert gripper_weights(shown(opening), CARRY, TICKS, SETTINGS) is None
 
 
 @pytest.mark.parametrize(("closing", "opening"), [(2.2, 7.4), (2.5, 7.0), (3.0, 6.5), (2.5, 5.0)])
@@ -91,13 +91,13 @@ def test_the_weights_hold_what_was_held_and_let_go(closing, opening):
     assert (command[opening + 0.7 < AT] <= SETTINGS.policy.open_below).all()
 
 
-def test_a_formulation_starts_from_them_only_where_it_is_asked_for(stacking):
+def test_a_formulation_starts_from_them_unless_the_force_is_to_be_discovered(stacking):
     demonstration, segments = stacking
     grip = np.where(demonstration.t - demonstration.t[0] < 1.0, 0.08, 0.045)
     seen = replace(demonstration, opening=grip)
     with_force = Formulation(0, 1, segments[0].abstraction, ("pose", "gripper"), "")
-    assert not formulate(seen, segments, with_force, SETTINGS).imitated.gripper_weights.any()
-    assert formulate(seen, segments, with_force, FROM_OPENING).imitated.gripper_weights.any()
-    assert not formulate(demonstration, segments, with_force, FROM_OPENING).imitated.gripper_weights.any()
+    assert not formulate(seen, segments, with_force, FAITHFUL).imitated.gripper_weights.any()
+    assert formulate(seen, segments, with_force, SETTINGS).imitated.gripper_weights.any()
+    assert not formulate(demonstration, segments, with_force, SETTINGS).imitated.gripper_weights.any()
     without = replace(with_force, actions=("pose",))
-    assert not len(formulate(seen, segments, without, FROM_OPENING).imitated.gripper_weights)
+    assert not len(formulate(seen, segments, without, SETTINGS).imitated.gripper_weights)
