@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -98,6 +98,12 @@ def formulate(
             if name in settings.learning.symmetric
         },
     )
+
+
+def as_stated(segments: tuple[Segment, ...], stated: Sequence[Formulation]) -> tuple[Segment, ...]:
+    """The segments, the first of them with the abstractions that their problems were stated with."""
+    first = (replace(s, abstraction=f.abstraction) for s, f in zip(segments, stated, strict=False))
+    return (*first, *segments[len(stated) :])
 
 
 def check_durations(segments: tuple[Segment, ...], settings: Settings) -> None:

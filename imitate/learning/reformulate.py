@@ -17,7 +17,7 @@ from imitate.learning.evidence import Witness, failings, in_words, strayed
 from imitate.learning.improve import Improvement, Learned
 from imitate.learning.initiation import probability, seen_from
 from imitate.learning.option import Option
-from imitate.learning.problem import Problem, formulate
+from imitate.learning.problem import Problem, as_stated, formulate
 from imitate.learning.trials import Trials
 from imitate.record import Start
 from imitate.settings import Learning
@@ -79,7 +79,8 @@ def learn_options(
         abstraction, actions = attempts[i].left.pop(0)
         formulation = Formulation(i, len(attempts[i].tried), abstraction, actions, reason)
         yield FormulationStarted(formulation)
-        problem = formulate(demonstration, segments, formulation, trials.settings)
+        stated = [*(option.problem.formulation for option in options), formulation]
+        problem = formulate(demonstration, as_stated(segments, stated), formulation, trials.settings)
         prefix = tuple(option.policy for option in options)
         learned, witness = yield from _learn(problem, prefix, attempts[i], trials, shown, seed)
         if learned.accepted:

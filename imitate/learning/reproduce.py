@@ -13,7 +13,7 @@ from imitate.learning.grasp import grasp_of
 from imitate.learning.initiation import probability, start_of
 from imitate.learning.option import Option, Success
 from imitate.learning.placement import Placement, misplaced, placements, unseen
-from imitate.learning.problem import cost_of, failure_of
+from imitate.learning.problem import as_stated, cost_of, failure_of
 from imitate.learning.trials import WATCHING, Task, Trials, perturbed_starts
 from imitate.record import TrialRecord
 from imitate.settings import Learning
@@ -30,7 +30,8 @@ def reproduce(
     count: int,
 ) -> Iterator[Event]:
     """Runs the options in a row from ``count`` perturbed starts; done when at least α of them succeed."""
-    wanted = placements(demonstration, segments)
+    stated = [option.problem.formulation for option in options]
+    wanted = placements(demonstration, as_stated(segments, stated))
     policies = tuple(option.policy for option in options)
     starts = perturbed_starts(trials.spec, count, seed, trials.settings)
     judge = _Judge(options, wanted, trials.settings.learning)

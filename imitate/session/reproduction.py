@@ -13,7 +13,7 @@ from imitate.errors import FileError
 from imitate.events import Event
 from imitate.formats.session_log import read_session
 from imitate.learning.option import Option
-from imitate.learning.problem import formulate
+from imitate.learning.problem import as_stated, formulate
 from imitate.learning.reproduce import reproduce
 from imitate.learning.trials import ExecutorFactory, Trials
 from imitate.settings import settings_from_toml
@@ -76,6 +76,7 @@ def reproduce_session(
     changed = {name: value for name, value in given.items() if value is not None}
     settings = settings.model_copy(update={"learning": settings.learning.model_copy(update=changed)})
     demonstration = interpolated(started.demonstration)
+    segments = as_stated(segments, [formulation for formulation, _ in learned.values()])
     options = tuple(
         Option(formulate(demonstration, segments, formulation, settings), option.policy, option.initiation)
         for formulation, option in learned.values()
