@@ -10,16 +10,13 @@ from textual.app import App
 from textual.binding import Binding
 from textual.worker import get_current_worker
 
-from imitate.demonstration import Demonstration
-from imitate.errors import ImitateError
 from imitate.formats.output import free_name
 from imitate.settings import Settings
-from imitate.skill import Decision, Segment
 from imitate.tui import intents
 from imitate.tui.engine import Engine, Task
-from imitate.tui.state import State, Step, moved
+from imitate.tui.state import State, Step
 from imitate.tui.step import StepScreen
-from imitate.tui.words import short
+from imitate.tui.words import in_words
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -94,7 +91,7 @@ class ImitateApp(App[None]):
         if step == "review":
             from imitate.tui.review import ReviewScreen
 
-            return ReviewScreen(self.state)
+            return ReviewScreen(self.state, self.engine, self.root)
         if step == "learn":
             from imitate.tui.learn import LearnScreen
 
@@ -159,7 +156,6 @@ class ImitateApp(App[None]):
             self.state.open(message.source, message.kind)
         self.state.show(message.demonstration, message.segments)
         self.state.lost = message.lost
-        self._weigh()
         self.show("review")
 
     @on(intents.Recorded)
@@ -168,7 +164,6 @@ class ImitateApp(App[None]):
         for event in message.events:
             self.state.fold(event)
         self.state.show_recorded(message.source)
-        self._weigh()
         self.show("done")
 
     @on(intents.Recording)
@@ -207,102 +202,9 @@ class ImitateApp(App[None]):
         self.state.observed = message.share
         self._changed = True
 
-    @on(intents.Nudge)
-    def _nudge(self, message: intents.Nudge) -> None:
-        state = self.state
-        if state.demonstration is not None:
-            by = (message.boundary, message.frames, message.seconds)
-            decision = moved(state.demonstration, state.segments, *by)
-            if decision:
-                self._apply(decision)
-
-    @on(intents.Undo)
-    def _undo(self) -> None:
-        if self.state.undoable:
-            self._apply(Decision("undo"))
-
-    @on(intents.Redo)
-    def _redo(self) -> None:
-        if self.state.redoable:
-            self._apply(Decision("redo"))
-
-    @on(intents.Split)
-    def _split(self, message: intents.Split) -> None:
-        state = self.state
-        if not state.editable or state.demonstration is None:
-            return
-        if message.segment < len(state.segments):
-            self._split_best(state.demonstration, state.segments, message.segment)
-
-    @work(thread=True, exclusive=True, group="split", exit_on_error=False)
-    def _split_best(self, demonstration: Demonstration, segments: tuple[Segment, ...], k: int) -> None:
-        try:
-            time = self.engine.split_time(demonstration, segments[k], self.state.settings)
-            if self.state.segments is segments:  # else something was decided meanwhile
-                self.post_message(intents.Decide(Decision("split", k, time)))
-        except Exception as error:
-            self.post_message(intents.Failed("split", in_words(error)))
-
-    @on(intents.Decide)
-    def _decide(self, message: intents.Decide) -> None:
-        self._apply(message.decision)
-
-    def _apply(self, decision: Decision) -> None:
-        state = self.state
-        if not state.editable or state.demonstration is None:
-            return
-        decisions = (*state.decisions, decision)
-        try:
-            segments = self.engine.decide(state.found, decisions, state.demonstration, state.settings)
-        except ImitateError as error:
-            self.notice(str(error))
-            return
-        state.decide(decision, segments)
+    @on(intents.Decided)
+    def _decided(self) -> None:
         self._changed = True
-        self._weigh()
-
-    def _weigh(self) -> None:
-        state = self.state
-        if state.demonstration is not None and len(state.segments) > 1:
-            self._weigh_changes(state.demonstration, state.segments)
-
-    @work(thread=True, exclusive=True, group="weigh", exit_on_error=False)
-    def _weigh_changes(self, demonstration: Demonstration, segments: tuple[Segment, ...]) -> None:
-        if get_current_worker().is_cancelled:
-            return
-        state = self.state
-        try:
-            settings = state.progress.settings if state.kind == "session" else state.settings
-            found = self.engine.changes(demonstration, segments, settings)
-            self.post_message(intents.Weighed(segments, found))
-        except Exception as error:
-            self.post_message(intents.Failed("weigh", in_words(error)))
-
-    @on(intents.Weighed)
-    def _weighed(self, message: intents.Weighed) -> None:
-        if message.segments == self.state.segments:
-            self.state.changes = message.changes
-            self._changed = True
-
-    @on(intents.Write)
-    def _write(self) -> None:
-        state = self.state
-        if not state.decisions or state.source is None:
-            return
-        path = free_name(self.root / "sessions", f"{state.source.stem}.decisions", ".json")
-        try:
-            self.engine.write_decisions(path, state.decisions)
-        except ImitateError as error:
-            self.notice(str(error))
-            return
-        file = short(path, self.root)
-        self.notify(
-            f"Your decisions are in {file}. imitate segment and imitate learn take them with "
-            f"--decisions {file}.",
-            title="✓",
-            timeout=15,
-            markup=False,
-        )
 
     @on(intents.Learn)
     def _start(self) -> None:
@@ -387,10 +289,3 @@ class ImitateApp(App[None]):
         if yes:
             self.state.stopping = self.state.running
             self.exit()
-
-
-def in_words(error: Exception) -> str:
-    """An error for the person."""
-    if isinstance(error, ImitateError):
-        return str(error)
-    return f"Unexpected {type(error).__name__}: {error}. This is a fault of imitate."

@@ -10,8 +10,8 @@ from textual.message import Message
 from imitate.demonstration import Demonstration
 from imitate.events import Event
 from imitate.formats.kind import Kind
-from imitate.skill import Decision, Segment
-from imitate.tui.state import Interval, Step
+from imitate.skill import Segment
+from imitate.tui.state import Step
 
 
 @dataclass
@@ -21,39 +21,8 @@ class Open(Message):
     path: Path
 
 
-@dataclass
-class Decide(Message):
-    """Overrule something about the segments."""
-
-    decision: Decision
-
-
-@dataclass
-class Nudge(Message):
-    """Move the end of segment ``boundary`` from where it is by then: keys may come faster than drawings."""
-
-    boundary: int
-    frames: int
-    seconds: float
-
-
-class Undo(Message):
-    """Take back the last decision that still holds."""
-
-
-class Redo(Message):
-    """Do again what was undone last."""
-
-
-@dataclass
-class Split(Message):
-    """Split a segment, where that explains most."""
-
-    segment: int
-
-
-class Write(Message):
-    """Write the decisions to a file."""
+class Decided(Message):
+    """The segments, or how sure their boundaries are, are not what they were."""
 
 
 class Learn(Message):
@@ -80,14 +49,6 @@ class Opened(Message):
     demonstration: Demonstration
     segments: tuple[Segment, ...]
     lost: dict[str, int] = field(default_factory=dict)
-
-
-@dataclass
-class Weighed(Message):
-    """From when to when, with 90 % probability, the motion changes at each boundary of ``segments``."""
-
-    segments: tuple[Segment, ...]
-    changes: tuple[Interval, ...]
 
 
 @dataclass

@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from pathlib import Path
 
-from textual import on
+from textual import on, work
 from textual.binding import Binding
 from textual.containers import Horizontal, Vertical
 from textual.widget import Widget
-from textual.widgets import DataTable, Footer, Label, OptionList, Static
-from textual.widgets.option_list import Option
+from textual.widgets import Footer, Label, Static
+from textual.worker import get_current_worker
 
+from imitate.errors import ImitateError
+from imitate.formats.output import free_name
 from imitate.skill import Decision, Segment
 from imitate.tui.curve import DistanceCurve
-from imitate.tui.intents import Decide, Go, Learn, Nudge, Redo, Split, Undo, Write
-from imitate.tui.state import distances
+from imitate.tui.engine import Engine
+from imitate.tui.intents import Decided, Failed, Go, Learn
+from imitate.tui.skill_table import Alternatives, SkillTable
+from imitate.tui.state import State, distances, moved
 from imitate.tui.step import StepScreen
 from imitate.tui.timeline import Timeline
-from imitate.tui.words import change_in_words, decision_in_words
+from imitate.tui.words import decision_in_words, in_words, short
 
-COLUMNS = ("#", "start", "end", "relevant", "reference", "by", "change, 90 %")
-WIDE = 110
-"""columns from which the table says when each change lies; the timeline says it for the selected one."""
 NUDGE = 0.1  # s
 
 
@@ -59,12 +61,18 @@ class ReviewScreen(StepScreen):
         Binding("s", "learn", "learn", id="review.learn", tooltip="Learn these skills"),
     ]  # fmt: skip
 
+    def __init__(self, state: State, engine: Engine, root: Path) -> None:
+        super().__init__(state)
+        self.engine = engine
+        self.root = root
+        self.weighed: tuple[Segment, ...] = ()
+
     def body(self) -> Iterable[Widget]:
         """Timeline above, table and alternatives in the middle, distances below where there is room."""
         yield Timeline()
         yield Horizontal(
-            Vertical(DataTable[str](id="segments", cursor_type="row"), id="cut"),
-            Vertical(Label("", id="ranked"), OptionList(id="alternatives", markup=False), id="others"),
+            Vertical(SkillTable(), id="cut"),
+            Vertical(Label("", id="ranked"), Alternatives(), id="others"),
             id="middle",
         )
         yield DistanceCurve()
@@ -74,7 +82,7 @@ class ReviewScreen(StepScreen):
         """The first picture."""
         self.query_one(Footer).compact = True  # all keys fit into 80 columns
         super().on_mount()
-        self.query_one("#segments", DataTable).focus()
+        self.query_one(SkillTable).focus()
 
     def on_resize(self) -> None:
         """Columns that fit."""
@@ -83,7 +91,7 @@ class ReviewScreen(StepScreen):
     @property
     def selected(self) -> int:
         """Index of the selected segment."""
-        row = self.query_one("#segments", DataTable).cursor_row
+        row = self.query_one(SkillTable).cursor_row
         return min(max(row, 0), max(len(self.state.segments) - 1, 0))
 
     @property
@@ -94,8 +102,9 @@ class ReviewScreen(StepScreen):
     def draw(self) -> None:
         """Everything."""
         super().draw()
-        self._draw_table()
+        self.query_one(SkillTable).show(self.state.segments, self.state.changes)
         self._draw_selection()
+        self._weigh()
         self.query_one("#decided", Static).update(f" {self._standing()}")
 
     def _standing(self) -> str:
@@ -107,84 +116,128 @@ class ReviewScreen(StepScreen):
             return f"{text}  (learning runs)"
         return text if state.editable else f"{text}  (recorded: open its demonstration to decide)"
 
-    def _draw_table(self) -> None:
-        table = self.query_one("#segments", DataTable)
-        row = self.selected
-        columns = COLUMNS if self.size.width >= WIDE else COLUMNS[:-1]
-        fits = len(table.columns) == len(columns)
-        table.clear(columns=not fits)
-        for name in () if fits else columns:
-            table.add_column(name, key=name)
-        for i, s in enumerate(self.state.segments):
-            relevant = ", ".join(s.abstraction.relevant)
-            by = "you" if s.human else "auto"
-            change = change_in_words(self.state.changes[i]) if i < len(self.state.changes) else ""
-            about = (f"{i + 1}", f"{s.start:.2f}", f"{s.end:.2f}", relevant, s.abstraction.reference, by)
-            table.add_row(*(*about, change)[: len(columns)])
-        if self.state.segments:
-            table.move_cursor(row=row, animate=False)
-
     def _draw_selection(self) -> None:
         segments = self.state.segments
         self.query_one(Timeline).show(segments, self.selected, self.boundary, self.state.changes)
-        self._draw_alternatives(segments[self.selected] if segments else None)
+        self.query_one("#ranked", Label).update(f"skill {self.selected + 1} may be")
+        self.query_one(Alternatives).show(segments[self.selected] if segments else None)
         if self.state.demonstration:
             cuts = [s.end for s in segments[:-1]]
             self.query_one(DistanceCurve).show(distances(self.state.demonstration), cuts, self.boundary)
 
-    def _draw_alternatives(self, segment: Segment | None) -> None:
-        self.query_one("#ranked", Label).update(f"skill {self.selected + 1} may be")
-        options = self.query_one("#alternatives", OptionList)
-        options.clear_options()
-        if not segment or not segment.alternatives:
-            return
-        best = segment.alternatives[0].log_likelihood
-        for i, other in enumerate(segment.alternatives):
-            sign = "●" if other.abstraction == segment.abstraction else "○"
-            gap = other.log_likelihood - best
-            options.add_option(Option(f"{sign} {gap:6.1f} {other.abstraction}", id=str(i)))
-
-    @on(DataTable.RowHighlighted, "#segments")
+    @on(SkillTable.RowHighlighted)
     def _on_row(self) -> None:
         self._draw_selection()
 
-    @on(DataTable.RowSelected, "#segments")
+    @on(SkillTable.RowSelected)
     def action_alternatives(self) -> None:
         """To the ranked alternatives of the selected skill."""
-        options = self.query_one("#alternatives", OptionList)
+        options = self.query_one(Alternatives)
         if options.option_count:
             options.focus()
             options.highlighted = 0
 
-    @on(OptionList.OptionSelected, "#alternatives")
-    def _on_alternative(self, event: OptionList.OptionSelected) -> None:
+    @on(Alternatives.OptionSelected)
+    def _on_alternative(self, event: Alternatives.OptionSelected) -> None:
         chosen = self.state.segments[self.selected].alternatives[event.option_index].abstraction
-        self.query_one("#segments", DataTable).focus()
-        self.post_message(Decide(Decision("relabel", self.selected, abstraction=chosen)))
+        self.query_one(SkillTable).focus()
+        self._decide(Decision("relabel", self.selected, abstraction=chosen))
 
     def action_nudge(self, frames: int, tenths: int) -> None:
         """Move the selected boundary."""
-        self.post_message(Nudge(self.boundary, frames, tenths * NUDGE))
-
-    def action_split(self) -> None:
-        """Split the selected segment."""
-        self.post_message(Split(self.selected))
+        state = self.state
+        if state.demonstration is not None:
+            by = (self.boundary, frames, tenths * NUDGE)
+            decision = moved(state.demonstration, state.segments, *by)
+            if decision:
+                self._decide(decision)
 
     def action_merge(self) -> None:
         """Merge the segments on either side of the selected boundary."""
-        self.post_message(Decide(Decision("merge", self.boundary)))
+        self._decide(Decision("merge", self.boundary))
 
     def action_undo(self) -> None:
         """Take back the last decision."""
-        self.post_message(Undo())
+        if self.state.undoable:
+            self._decide(Decision("undo"))
 
     def action_redo(self) -> None:
         """Do again what was undone last."""
-        self.post_message(Redo())
+        if self.state.redoable:
+            self._decide(Decision("redo"))
+
+    def _decide(self, decision: Decision) -> None:
+        state = self.state
+        if not state.editable or state.demonstration is None:
+            return
+        decisions = (*state.decisions, decision)
+        try:
+            segments = self.engine.decide(state.found, decisions, state.demonstration, state.settings)
+        except ImitateError as error:
+            self.post_message(Failed("decide", str(error)))
+            return
+        state.decide(decision, segments)
+        self.post_message(Decided())
+
+    def action_split(self) -> None:
+        """Split the selected segment, where that explains most."""
+        if self.state.editable and self.state.segments:
+            self._split(self.state.segments, self.selected)
+
+    @work(thread=True, exclusive=True, group="split", exit_on_error=False)
+    def _split(self, segments: tuple[Segment, ...], k: int) -> None:
+        state = self.state
+        try:
+            assert state.demonstration is not None
+            time = self.engine.split_time(state.demonstration, segments[k], state.settings)
+        except Exception as error:
+            self.post_message(Failed("split", in_words(error)))
+            return
+        if state.segments is segments:  # else something was decided meanwhile
+            self.app.call_from_thread(self._decide, Decision("split", k, time))
+
+    def _weigh(self) -> None:
+        # How sure each boundary is, sought once for the segments as they are.
+        segments = self.state.segments
+        if segments is not self.weighed and len(segments) > 1 and self.state.demonstration is not None:
+            self.weighed = segments
+            self._weigh_changes(segments)
+
+    @work(thread=True, exclusive=True, group="weigh", exit_on_error=False)
+    def _weigh_changes(self, segments: tuple[Segment, ...]) -> None:
+        if get_current_worker().is_cancelled:
+            return
+        state = self.state
+        settings = state.progress.settings if state.kind == "session" else state.settings
+        try:
+            assert state.demonstration is not None
+            changes = self.engine.changes(state.demonstration, segments, settings)
+        except Exception as error:
+            self.post_message(Failed("weigh", in_words(error)))
+            return
+        if state.segments is segments:
+            state.changes = changes
+            self.post_message(Decided())
 
     def action_write(self) -> None:
         """Write the decisions to a file."""
-        self.post_message(Write())
+        state = self.state
+        if not state.decisions or state.source is None:
+            return
+        path = free_name(self.root / "sessions", f"{state.source.stem}.decisions", ".json")
+        try:
+            self.engine.write_decisions(path, state.decisions)
+        except ImitateError as error:
+            self.post_message(Failed("write", str(error)))
+            return
+        file = short(path, self.root)
+        self.notify(
+            f"Your decisions are in {file}. imitate segment and imitate learn take them with "
+            f"--decisions {file}.",
+            title="✓",
+            timeout=15,
+            markup=False,
+        )
 
     def action_learn(self) -> None:
         """Learn these skills; while they are learned, look."""

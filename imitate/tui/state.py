@@ -25,7 +25,7 @@ Interval = tuple[float, float]
 
 @dataclass
 class State:
-    """The session as it stands; screens read it, the application alone changes it.
+    """The session as it stands; the application changes it, Review its segments, the other screens read it.
 
     Attributes:
         source: the file that was opened.
