@@ -59,7 +59,8 @@ def reproduce(
         )
     if as_json:
         keys = ("successes", "trials", "low", "high")
-        console.write_json({key: getattr(result, key) for key in keys})
+        really = {} if result.really is None else {"really": result.really}
+        console.write_json({key: getattr(result, key) for key in keys} | really)
     else:
         console.write(
             f"{result.successes} of {result.trials} starts (95 % interval {result.low:.2f}–{result.high:.2f})"

@@ -25,6 +25,7 @@ from imitate.session.versions import versions
 from imitate.settings import Settings, to_toml
 from imitate.skill import Decision, Segment
 from imitate.world.scene import check_grasps, check_within_reach, scene_of, shown_start
+from imitate.world.trial_camera import trial_paints
 
 _REPRODUCTION = 0xA11  # spawn key of the starts of the reproduction, beyond any segment's index
 
@@ -126,6 +127,8 @@ def _opening(request: Request, source: Source) -> Iterator[Event]:
         [n for s in segments for n in (*s.abstraction.carried, s.abstraction.reference) if n != TABLE],
     )
     check_grasps(scene, interpolated(demonstration), segments)
+    if settings.learning.observe_trials:
+        trial_paints(scene.object_names)
     yield events.SessionStarted(
         source.name, source.hash, request.seed, to_toml(settings), versions(), demonstration, scene
     )

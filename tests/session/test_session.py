@@ -110,6 +110,19 @@ def test_it_replays_bit_for_bit(sessions):
     assert (report.divergent, report.first_divergence) == (0, None)
 
 
+@pytest.mark.slow
+def test_a_session_whose_trials_are_watched_is_the_same_with_any_workers_and_replays(source, tmp_path):
+    watched = SMALL.model_copy(
+        update={"learning": SMALL.learning.model_copy(update={"observe_trials": True, "first_rollouts": 4})}
+    )
+    logs = [tmp_path / f"w{workers}.mcap" for workers in (1, 2)]
+    for workers, log in enumerate(logs, start=1):
+        seen = list(run(Request(source, watched, 3, workers, log=log)))
+        assert all(e.seen is not None for e in seen if isinstance(e, events.TrialFinished))
+    assert messages(logs[0]) == messages(logs[1])
+    assert replay(logs[0]).divergent == 0
+
+
 def test_stopping_leaves_a_valid_file(source, tmp_path):
     log = tmp_path / "stopped.mcap"
     seen = []
