@@ -117,11 +117,6 @@ def box_depth(pixels: Pixels, poses: Array, sizes: Array) -> Float:
     return _depth(box_nearness(pixels.origin, pixels.rays, places(poses), sizes))
 
 
-def cylinder_depth(pixels: Pixels, poses: Array, radius: float, length: float) -> Float:
-    """(N, M) depth at which each ray enters each capped cylinder about its z; infinite where it misses."""
-    return _depth(cylinder_nearness(pixels.origin, pixels.rays, places(poses), radius, length))
-
-
 def agreement(pixels: Pixels, own: Mask, predicted: Float, noise: float) -> Float:
     """(N,) log-likelihood of what was seen, given where each of N guesses would be seen.
 

@@ -44,11 +44,6 @@ class Metrics:
         """Share of the right boundaries that were found; 1 where there is none."""
         return self.matched / self.true if self.true else 1.0
 
-    @property
-    def segment_share(self) -> float:
-        """Share of the right segments whose abstraction was found."""
-        return self.segments_right / self.segments
-
 
 def compare(found: Sequence[Segment], truth: Sequence[Segment], tolerance: float = TOLERANCE) -> Metrics:
     """Compares two segmentations of one demonstration, each in order and at least one segment long.

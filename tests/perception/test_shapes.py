@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from imitate.geometry import conjugate, normalised, rotate
-from imitate.perception.shapes import LIMIT, Pixels, agreement, box_depth, cylinder_depth
+from imitate.perception.shapes import LIMIT, Pixels, agreement, box_depth, cylinder_nearness, places
 
 SIZES = np.array([0.04, 0.06, 0.09])
 numbers = st.floats(-1, 1)
@@ -44,7 +44,9 @@ def test_box_is_entered_on_its_surface(pose):
 @given(poses)
 def test_cylinder_is_entered_on_its_surface(pose):
     pixels = grid()
-    depth = cylinder_depth(pixels, pose[None], 0.03, 0.08)[0]
+    nearness = cylinder_nearness(pixels.origin, pixels.rays, places(pose[None]), 0.03, 0.08)[0]
+    with np.errstate(divide="ignore"):
+        depth = 1 / nearness
     x, y, z = inside_frame(pose, pixels, depth).T
     excess = np.maximum(np.hypot(x, y) - 0.03, np.abs(z) - 0.04)
     np.testing.assert_allclose(excess, 0, atol=1e-5)

@@ -21,7 +21,7 @@ TRUTH = cut(2.0, 5.0, 8.0)
 
 def test_the_same_is_right_throughout():
     m = compare(TRUTH, TRUTH)
-    assert (m.precision, m.recall, m.time_share, m.segment_share, m.worst) == (1, 1, 1, 1, 0)
+    assert (m.precision, m.recall, m.time_share, m.segments_right, m.worst) == (1, 1, 1, m.segments, 0)
 
 
 def test_a_boundary_is_right_within_the_tolerance():
