@@ -246,6 +246,9 @@ class Learning(_Section):
 
     model_threshold: float = Field(default=50.0, ge=0)
     """α_model: natural-log gap to the best abstraction within which others are tried."""
+    keep_failed: bool = False
+    """pose weights start from those of the formulation before even where it never succeeded, as in the paper;
+    else from the imitation then: without the gripper, what costs least may be to push the object about."""
     reformulate: bool = True
     """false: each skill as it was first stated, pose alone; what Algorithm 1 adds is then missing."""
     formulations: int = Field(default=12, ge=1)
@@ -323,6 +326,7 @@ _FAITHFUL: dict[str, dict[str, Any]] = {
         "exploration": "per-kernel",
         "candidates": 0,
         "more_updates": 0,
+        "keep_failed": True,
         "improve_by": "total",
         "judge": "cost",
         "closed_end_cost": 0.0,

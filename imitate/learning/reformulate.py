@@ -46,6 +46,7 @@ class _Attempts:
     # What is still to be tried for a segment, and what came of what was.
     left: list[_Statement]
     tried: list[tuple[Problem, Evidence]] = field(default_factory=list)
+    since: int = 0  # how many had been tried when the search last went back beyond this segment
 
 
 def statements(segment: Segment, model_threshold: float) -> list[_Statement]:
@@ -101,7 +102,8 @@ def learn_options(
         while not attempts[len(options)].left:
             if not options:
                 return _given_up((), segments, i, attempts[i], "every formulation was tried")
-            attempts[len(options)].left = _to_try(segments[len(options)], learning)
+            again = attempts[len(options)]
+            again.left, again.since = _to_try(segments[len(options)], learning), len(again.tried)
             options.pop()
     limit = f"the limit of {learning.formulations} formulations is reached"
     return _given_up(tuple(options), segments, i, attempts[i], limit)
@@ -121,17 +123,20 @@ def _learn(
 ) -> Generator[Event, None, tuple[Learned, Witness]]:
     # One formulation, and what its events show of it.
     witness = Witness(problem)
-    mean = _first_mean(problem, attempts)
+    mean = _first_mean(problem, attempts, trials.settings.learning)
     course = Improvement(problem, prefix, mean, trials, np.random.SeedSequence(seed)).run(shown)
     learned = yield from witness.attend(course)
     attempts.tried.append((problem, witness.evidence(learned)))
     return learned, witness
 
 
-def _first_mean(problem: Problem, attempts: _Attempts) -> Policy:
-    # Pose weights start from the policy just learned for the same abstraction, gripper weights from 0.
-    for before, evidence in reversed(attempts.tried):
+def _first_mean(problem: Problem, attempts: _Attempts, learning: Learning) -> Policy:
+    # Pose weights start from the policy just learned for the same abstraction; gripper weights do not.
+    tried = attempts.tried if learning.keep_failed else attempts.tried[attempts.since :]
+    for before, evidence in reversed(tried):
         if before.formulation.abstraction == problem.formulation.abstraction:
+            if not (evidence.successes or learning.keep_failed):
+                break
             none = np.zeros((0, 7))
             weights = evidence.policy.pose_weights
             return replace(problem.imitated, pose_weights=weights, pose_noise=none)

@@ -1,5 +1,8 @@
 """Algorithm 1: the order of formulations, the step back, and what is said when all fail."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 from records import still
 
@@ -173,3 +176,26 @@ def test_without_reformulation_a_skill_is_tried_as_first_stated_alone(scripted):
     assert stated(seen) == [(0, 0, 1)]
     assert seen[-1].reason.endswith("it is not stated anew")
     assert "not learnable, because it is tried as first stated alone" in search.given_up
+
+
+@pytest.mark.parametrize(("keeps", "succeeds"), [(True, False), (False, True), (False, False)])
+def test_what_never_succeeded_teaches_nothing_but_in_the_papers_mode(stacking, monkeypatch, keeps, succeeds):
+    demonstration, segments = stacking
+    means = []
+
+    class Scripted:
+        def __init__(self, _problem, _prefix, mean, *_):
+            means.append(mean)
+            self.learned = replace(mean, pose_weights=mean.pose_weights + 1.0)
+
+        def run(self, _):
+            return Learned(self.learned, 1.0, Success(5 if succeeds else 0, 20), 0.0, False)
+            yield
+
+    monkeypatch.setattr(reformulate, "Improvement", Scripted)
+    trials = FakeTrials(keep_failed=keeps, formulations=2)
+    for _ in learn_options(demonstration, segments, trials, Start([0.0], [[0.0] * 7]), 0):
+        pass
+    first, second = means
+    moved = 1.0 if keeps or succeeds else 0.0
+    assert np.array_equal(second.pose_weights, first.pose_weights + moved)
