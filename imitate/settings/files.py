@@ -1,0 +1,92 @@
+"""Settings from a mode, a TOML file and words of one's own; and back to TOML."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from imitate.errors import FileError, UnknownNameError, UsageError
+from imitate.settings.modes import OF_MODE, Settings
+
+
+def load_settings(path: Path | None = None, overrides: dict[str, Any] | None = None) -> Settings:
+    """Settings of a mode, changed by a TOML file and then by ``overrides`` (nested, as in the file).
+
+    Raises:
+        FileError: the file is missing or is not TOML.
+        UsageError: an unknown setting or a value out of range; the message lists what is valid.
+    """
+    given: dict[str, Any] = {}
+    if path is not None:
+        given = _read_toml(path)
+    given = _merge(given, overrides or {})
+    base = OF_MODE.get(str(given.get("mode")), {})
+    return parse_settings(_merge(base, given), str(path or "settings"))
+
+
+def parse_settings(values: dict[str, Any], where: str = "settings") -> Settings:
+    """Settings from nested plain values; errors as in `load_settings`."""
+    try:
+        return Settings.model_validate(values)
+    except ValidationError as error:
+        raise _readable(error, where) from None
+
+
+def settings_from_toml(text: str) -> Settings:
+    """The inverse of `to_toml`."""
+    return parse_settings(tomllib.loads(text))
+
+
+def to_toml(settings: Settings) -> str:
+    """All settings as TOML, defaults included."""
+    top, tables = [], []
+    for name, value in settings.model_dump().items():
+        if isinstance(value, dict):
+            tables.append(f"\n[{name}]\n" + "".join(f"{k} = {_toml(v)}\n" for k, v in value.items()))
+        else:
+            top.append(f"{name} = {_toml(value)}\n")
+    return "".join(top) + "".join(tables)
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(_toml(v) for v in value) + "]"
+    return repr(value)
+
+
+def _read_toml(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise FileError(path, "no such settings file", "Pass a TOML file to --settings.") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise FileError(path, f"cannot be read as text ({error})") from None
+    except tomllib.TOMLDecodeError as error:
+        raise FileError(path, f"is not TOML ({error})") from None
+
+
+def _merge(base: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
+    merged = dict(base)
+    for key, value in over.items():
+        inner = merged.get(key)
+        merged[key] = _merge(inner, value) if isinstance(inner, dict) and isinstance(value, dict) else value
+    return merged
+
+
+def _readable(error: ValidationError, where: str) -> UsageError:
+    first = error.errors()[0]
+    path = [str(part) for part in first["loc"]]
+    if first["type"] == "extra_forbidden":
+        model: type[BaseModel] = Settings
+        for part in path[:-1]:
+            model = type(model.model_fields[part].default)
+        section = f" [{'.'.join(path[:-1])}]" if path[1:] else ""
+        return UnknownNameError(f"setting in {where}{section}:", path[-1], model.model_fields)
+    return UsageError(f"{where}: {'.'.join(path)} = {first['input']!r}: {first['msg'].lower()}.")
