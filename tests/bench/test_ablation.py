@@ -1,8 +1,8 @@
 """What each part of learning is worth: the human stacking learned without it, ten seeds a row.
 
 Run: pytest -m bench -s tests/bench/test_ablation.py
-IMITATE_SEEDS=N takes other than ten seeds, IMITATE_WORKERS=N other than two sessions at a time. To save time P is
-estimated over 10 starts here, not 20.
+IMITATE_SEEDS=N takes other than ten seeds, IMITATE_WORKERS=N other than two sessions at a time.
+To save time P is estimated over 10 starts here, not 20.
 """
 
 import os
