@@ -76,3 +76,18 @@ def test_a_file_that_is_none(tmp_path):
     (tmp_path / "binary.toml").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(FileError, match="cannot be read as text"):
         load_settings(tmp_path / "binary.toml")
+
+
+def test_settings_recorded_by_an_earlier_version_are_read():
+    recorded = to_toml(load_settings(None, {"learning": {"alpha": 0.7}}))
+    older = recorded.replace("alpha = 0.7", "alpha = 0.7\nterminal_first = true").replace(
+        "more_updates = 2\n", ""
+    )
+    assert older != recorded
+    assert settings_from_toml(older) == settings_from_toml(recorded)
+
+
+def test_a_recorded_setting_out_of_range_is_still_an_error():
+    text = to_toml(Settings()).replace("alpha = 0.8", "alpha = 8.0\ngone = 1")
+    with pytest.raises(UsageError, match=r"learning.alpha = 8.0"):
+        settings_from_toml(text)

@@ -36,8 +36,22 @@ def parse_settings(values: dict[str, Any], where: str = "settings") -> Settings:
 
 
 def settings_from_toml(text: str) -> Settings:
-    """The inverse of `to_toml`."""
-    return parse_settings(tomllib.loads(text))
+    """The inverse of `to_toml`, also for the settings that a session of an earlier version recorded.
+
+    What there is no setting for any more is left out, and what there was none for yet has its default: a
+    session holds all that its physics follows from.
+    """
+    values = tomllib.loads(text)
+    try:
+        return Settings.model_validate(values)
+    except ValidationError as error:
+        gone = [e["loc"] for e in error.errors() if e["type"] == "extra_forbidden"]
+    for *sections, name in gone:
+        inner = values
+        for section in sections:
+            inner = inner[str(section)]
+        del inner[str(name)]
+    return parse_settings(values)
 
 
 def to_toml(settings: Settings) -> str:
