@@ -56,7 +56,7 @@ def _connect(address: str) -> Any:
         from distributed import Client
     except ImportError as error:
         raise ImitateError(
-            "--cluster needs dask.distributed: python -m pip install 'imitate[cluster]'"
+            "--cluster needs dask.distributed, which is not installed: pip install distributed"
         ) from error
     try:
         client = Client(address, timeout=_PATIENCE, set_as_default=False)

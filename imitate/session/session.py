@@ -142,12 +142,13 @@ def _course(request: Request, source: Source, stack: ExitStack) -> Iterator[Even
         opening = list(_opening(request, source))
     except (DemonstrationError, SceneError) as error:
         raise type(error)(f"{request.source}: {error}") from error
+    factory = executors(request.workers, request.cluster)
     yield from opening
     started, segmented = opening[0], opening[-1]
     assert isinstance(started, events.SessionStarted)
     assert isinstance(segmented, events.Segmented | events.Decided)
     demonstration, scene, segments = interpolated(started.demonstration), started.scene, segmented.segments
-    trials = stack.enter_context(Trials(executors(request.workers, request.cluster), scene, request.settings))
+    trials = stack.enter_context(Trials(factory, scene, request.settings))
     search = yield from learn_options(demonstration, segments, trials, shown_start(scene), request.seed)
     yield from _reproduction(request, demonstration, segments, search, trials)
 

@@ -103,4 +103,6 @@ def _readable(error: ValidationError, where: str) -> UsageError:
             model = type(model.model_fields[part].default)
         section = f" [{'.'.join(path[:-1])}]" if path[1:] else ""
         return UnknownNameError(f"setting in {where}{section}:", path[-1], model.model_fields)
+    if not path:  # of several settings together
+        return UsageError(f"{where}: {first['msg'].removeprefix('Value error, ')}.")
     return UsageError(f"{where}: {'.'.join(path)} = {first['input']!r}: {first['msg'].lower()}.")

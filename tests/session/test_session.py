@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from imitate import events
-from imitate.errors import FileError, SceneError, UsageError
+from imitate.errors import FileError, ImitateError, SceneError, UsageError
 from imitate.formats.demonstrations import write_demonstration
 from imitate.formats.session_log import read_session, summarise
 from imitate.session.replay import replay
@@ -231,3 +231,11 @@ def test_a_symmetric_object_that_is_not_there_is_named(source):
     settings = load_settings(None, {"learning": {"symmetric": ["cubeC"]}})
     with pytest.raises(UsageError, match=r"unknown symmetric object of carry.npz: 'cubeC'.*cubeA, cubeB"):
         next(run(Request(source, settings, 0)))
+
+
+def test_a_cluster_that_does_not_answer_leaves_no_file(source, tmp_path):
+    pytest.importorskip("distributed", reason="the extra imitate[cluster] is not installed")
+    log = tmp_path / "none.mcap"
+    with pytest.raises(ImitateError, match="no scheduler answers"):
+        next(run(Request(source, SMALL, 3, log=log, cluster="nowhere://x")))
+    assert not log.exists()
