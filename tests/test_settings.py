@@ -54,7 +54,7 @@ def test_a_file_changes_what_it_names_and_overrides_change_the_file(tmp_path):
         ("[learning]\nalpha = 1.5", "learning.alpha = 1.5: input should be less than or equal to 1"),
         (
             "mode = 'faithful'\n[learning]\ngripper_from_opening = true",
-            r"mine.toml: learning.gripper_from_opening is true, and in the faithful mode the gripper's force is to be discovered",
+            r"mine.toml: learning.gripper_from_opening is true, and in the faithful mode the gripper",
         ),
         ("[learning]\nalpha = 'high'", "learning.alpha = 'high': input should be a valid number"),
     ],
