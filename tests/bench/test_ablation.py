@@ -23,6 +23,7 @@ FIXTURE = Path(__file__).parents[2] / "fixtures" / "human_stack.npz"
 SEEDS = range(int(os.environ.get("IMITATE_SEEDS", "10")))
 WORKERS = int(os.environ.get("IMITATE_WORKERS", "2"))
 GOAL = {"goal_noise": 0.01, "goal_turn_noise": 0.02}
+NEAR = {"near": 0.01}
 ROWS = {
     "robust (PI^BB)": ({}, 0.0),
     "faithful (PI²)": ({"mode": "faithful"}, 0.0),
@@ -33,6 +34,8 @@ ROWS = {
     "robust, PoWER for PI^BB": ({"learning": {"exploration": "power"}}, 0.0),
     "robust, objects seen 1 cm off": ({}, 0.01),
     "the same with goal learning": ({"learning": GOAL}, 0.01),
+    "seen 1 cm off, to be placed within 1 cm": ({"learning": NEAR}, 0.01),
+    "the same with goal learning too": ({"learning": NEAR | GOAL}, 0.01),
 }
 
 
