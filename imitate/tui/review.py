@@ -111,7 +111,8 @@ class ReviewScreen(StepScreen):
         state, text = self.state, "as found; nothing decided yet"
         if state.decisions:
             last = decision_in_words(state.decisions[-1])
-            text = f"{state.undoable} decisions of yours (w writes them), the last: {last}"
+            count = "1 decision" if state.undoable == 1 else f"{state.undoable} decisions"
+            text = f"{count} of yours (w writes them), the last: {last}"
         if state.running:
             return f"{text}  (learning runs)"
         return text if state.editable else f"{text}  (recorded: open its demonstration to decide)"
