@@ -34,14 +34,6 @@ SMALL = load_settings(
 
 
 @pytest.fixture(scope="module")
-def source(short_demonstration, tmp_path_factory):
-    """The carry as a file, its start cut to where the hand already surrounds the block."""
-    path = tmp_path_factory.mktemp("source") / "carry.npz"
-    write_demonstration(short_demonstration, path)
-    return path
-
-
-@pytest.fixture(scope="module")
 def sessions(source, tmp_path_factory):
     """The same session with one worker and with two."""
     folder = tmp_path_factory.mktemp("sessions")

@@ -13,7 +13,6 @@ import pytest
 
 from imitate import events
 from imitate.errors import FileError, ImitateError
-from imitate.formats.demonstrations import write_demonstration
 from imitate.formats.session_log import read_session
 from imitate.session import sweep as module
 from imitate.session.progress import Progress
@@ -37,13 +36,6 @@ TINY = load_settings(
     },
 )
 """Three trials, of which none succeeds."""
-
-
-@pytest.fixture(scope="module")
-def source(short_demonstration, tmp_path_factory):
-    path = tmp_path_factory.mktemp("source") / "carry.npz"
-    write_demonstration(short_demonstration, path)
-    return path
 
 
 @pytest.fixture(scope="module")
