@@ -46,7 +46,9 @@ def look(snap_compare: Callable[..., bool], tmp_path: Path, monkeypatch: pytest.
                 await pilot.press(key)
             if then:
                 await until(pilot, then(app))
-            await pilot.pause(0.3)  # the next drawing has happened
+            await until(pilot, lambda: not at(app, "review")() or bool(app.state.changes))
+            await until(pilot, lambda: not app._changed)
+            await pilot.pause(0.3)  # what was drawn is on the screen
 
         return snap_compare(app, terminal_size=size, run_before=run)
 
