@@ -22,11 +22,12 @@ from imitate.settings import Settings
 from imitate.skill import Decision, Segment
 from imitate.tui.again import Check, Runs
 from imitate.tui.app import ImitateApp
-from imitate.tui.engine import Engine, Preview, Resumed, Seen, Task
+from imitate.tui.engine import Engine, Preview
 from imitate.tui.film import Film
 from imitate.tui.pace import Pace
 from imitate.tui.photo import photo_of_terminal
 from imitate.tui.state import Interval
+from imitate.tui.teaching import Resumed, Seen, Task
 from imitate.tui.words import demonstration_facts
 
 SAME = ReplayReport(38, 79_320, 0, 0, None)

@@ -13,11 +13,12 @@ from imitate.formats.output import free_name
 from imitate.settings import Settings
 from imitate.tui import intents
 from imitate.tui.choices import chosen
-from imitate.tui.engine import Engine, Resumed, Task
+from imitate.tui.engine import Engine
 from imitate.tui.photo import Photo
 from imitate.tui.screens import screen_of
 from imitate.tui.state import State, Step
 from imitate.tui.step import StepScreen
+from imitate.tui.teaching import Resumed, Task
 from imitate.tui.works import Works
 
 if TYPE_CHECKING:

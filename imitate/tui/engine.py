@@ -12,16 +12,18 @@ import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from imitate.demonstration import Demonstration
 from imitate.errors import ImitateError
-from imitate.events import Event, Reproduced, TrialFinished
+from imitate.events import Event, Reproduced
 from imitate.settings import Settings
 from imitate.skill import Decision, Segment
+from imitate.tui import teaching
 from imitate.tui.again import Check, Runs
 from imitate.tui.film import Film
 from imitate.tui.state import Interval
+from imitate.tui.teaching import Resumed, Seen, Stop, Task
 from imitate.tui.words import demonstration_facts, demonstration_faults, session_facts
 
 if TYPE_CHECKING:
@@ -33,8 +35,6 @@ if TYPE_CHECKING:
     from imitate.tui.again import Report
 
     Image = NDArray[np.uint8]
-
-Stop = Callable[[], bool]
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,41 +52,6 @@ class Preview:
     facts: tuple[tuple[str, str], ...]
     wrong: tuple[str, ...] = ()
     picture: Image | None = None
-
-
-@dataclass(frozen=True)
-class Seen:
-    """What was observed in a recording; ``lost``: hand or object → frames in which it was not seen."""
-
-    demonstration: Demonstration
-    lost: dict[str, int]
-
-
-@dataclass(frozen=True)
-class Task:
-    """What is to be learned from what.
-
-    Attributes:
-        source: a demonstration or a recording.
-        log: the session's file.
-        mapping: what the source's columns, topics or frames mean.
-    """
-
-    source: Path
-    settings: Settings
-    seed: int
-    workers: int
-    decisions: tuple[Decision, ...]
-    log: Path
-    mapping: Mapping | None = None
-
-
-@dataclass(frozen=True)
-class Resumed:
-    """Which session is gone on with, in how many processes."""
-
-    log: Path
-    workers: int
 
 
 def kind_of(path: Path) -> Kind:
@@ -199,21 +164,21 @@ def observe(task: Task, should_stop: Stop) -> Iterator[float | Seen]:
     """Shares of a recording that were tracked, then what was seen."""
     from imitate.tui.child import in_child
 
-    return in_child(_observe, task, should_stop)
+    return in_child(teaching.observe, task, should_stop)
 
 
 def learn(task: Task, should_stop: Stop, should_wait: Stop = lambda: False) -> Iterator[float | Event]:
     """The events of a session, from a process of its own; before them, of a recording, shares as above."""
     from imitate.tui.child import in_child
 
-    return in_child(_learn, task, should_stop, should_wait)
+    return in_child(teaching.learn, task, should_stop, should_wait)
 
 
 def resume(task: Resumed, should_stop: Stop, should_wait: Stop) -> Iterator[Event]:
     """All events of a session that was stopped or cut, those recorded first."""
     from imitate.tui.child import in_child
 
-    return in_child(_resume, task, should_stop, should_wait)
+    return in_child(teaching.resume, task, should_stop, should_wait)
 
 
 def films(log: Path, should_stop: Stop) -> Iterator[Film]:
@@ -313,49 +278,3 @@ def with_mapping(source: Path, mapping: Mapping) -> Engine:
         return learn(mapped, should_stop, should_wait)
 
     return Engine(kind_of=kind, look=look_mapped, read=read_mapped, learn=learn_mapped)
-
-
-def _observe(task: Task, emit: Callable[[Any], None], should_stop: Stop) -> None:
-    from imitate.demonstration import in_table_frame
-    from imitate.perception.observe import observe as observe_recording
-
-    def progress(done: int, of: int) -> None:
-        if should_stop():
-            raise SystemExit(0)
-        emit(done / of)
-
-    found = observe_recording(task.source, task.settings, task.seed, progress)
-    emit(Seen(in_table_frame(found.demonstration), found.lost_frames))
-
-
-def _learn(task: Task, emit: Callable[[Any], None], should_stop: Stop) -> None:
-    from imitate.session.session import Request, run
-
-    def watching(done: int, of: int) -> None:
-        if should_stop():
-            raise SystemExit(0)
-        emit(done / of)
-
-    viewed = task.log.with_suffix(".rrd")
-    request = Request(
-        task.source,
-        task.settings,
-        task.seed,
-        task.workers,
-        task.decisions,
-        mapping=task.mapping,
-        log=task.log,
-        rrd=viewed,
-    )
-    for event in run(request, should_stop, watching):
-        emit(replace(event, record=None) if isinstance(event, TrialFinished) else event)
-
-
-def _resume(task: Resumed, emit: Callable[[Any], None], should_stop: Stop) -> None:
-    from imitate.learning.trials import executors
-    from imitate.session.resume import Resumption
-    from imitate.session.resume import resume as go_on
-
-    resumption = Resumption(task.log, executors(task.workers), rrd=task.log.with_suffix(".rrd"))
-    for event in go_on(resumption, should_stop):
-        emit(replace(event, record=None) if isinstance(event, TrialFinished) else event)

@@ -13,8 +13,9 @@ from textual.worker import get_current_worker
 from imitate.events import Event
 from imitate.tui import intents
 from imitate.tui.again import Check, Checking, Depth, Library, Runs, Trying
-from imitate.tui.engine import Engine, Resumed, Task
+from imitate.tui.engine import Engine
 from imitate.tui.state import State
+from imitate.tui.teaching import Resumed, Task
 from imitate.tui.words import in_words
 
 Stop = Callable[[], bool]

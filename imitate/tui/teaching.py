@@ -1,0 +1,103 @@
+"""Work on what was shown, in a child process: a recording observed, a session learned or gone on with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from imitate.demonstration import Demonstration
+from imitate.events import TrialFinished
+from imitate.settings import Settings
+from imitate.skill import Decision
+
+if TYPE_CHECKING:
+    from imitate.formats.mapping import Mapping
+
+Emit = Callable[[Any], None]
+Stop = Callable[[], bool]
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What was observed in a recording; ``lost``: hand or object → frames in which it was not seen."""
+
+    demonstration: Demonstration
+    lost: dict[str, int]
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is to be learned from what.
+
+    Attributes:
+        source: a demonstration or a recording.
+        log: the session's file.
+        mapping: what the source's columns, topics or frames mean.
+    """
+
+    source: Path
+    settings: Settings
+    seed: int
+    workers: int
+    decisions: tuple[Decision, ...]
+    log: Path
+    mapping: Mapping | None = None
+
+
+@dataclass(frozen=True)
+class Resumed:
+    """Which session is gone on with, in how many processes."""
+
+    log: Path
+    workers: int
+
+
+def observe(task: Task, emit: Emit, should_stop: Stop) -> None:
+    """Emits shares of the recording that were tracked, then what was seen."""
+    from imitate.demonstration import in_table_frame
+    from imitate.perception.observe import observe as observe_recording
+
+    def progress(done: int, of: int) -> None:
+        if should_stop():
+            raise SystemExit(0)
+        emit(done / of)
+
+    found = observe_recording(task.source, task.settings, task.seed, progress)
+    emit(Seen(in_table_frame(found.demonstration), found.lost_frames))
+
+
+def learn(task: Task, emit: Emit, should_stop: Stop) -> None:
+    """Emits, of a recording, shares as above, then the session's events."""
+    from imitate.session.session import Request, run
+
+    def watching(done: int, of: int) -> None:
+        if should_stop():
+            raise SystemExit(0)
+        emit(done / of)
+
+    viewed = task.log.with_suffix(".rrd")
+    request = Request(
+        task.source,
+        task.settings,
+        task.seed,
+        task.workers,
+        task.decisions,
+        mapping=task.mapping,
+        log=task.log,
+        rrd=viewed,
+    )
+    for event in run(request, should_stop, watching):
+        emit(replace(event, record=None) if isinstance(event, TrialFinished) else event)
+
+
+def resume(task: Resumed, emit: Emit, should_stop: Stop) -> None:
+    """Emits all events of the session, those recorded first."""
+    from imitate.learning.trials import executors
+    from imitate.session.resume import Resumption
+    from imitate.session.resume import resume as go_on
+
+    resumption = Resumption(task.log, executors(task.workers), rrd=task.log.with_suffix(".rrd"))
+    for event in go_on(resumption, should_stop):
+        emit(replace(event, record=None) if isinstance(event, TrialFinished) else event)
