@@ -22,7 +22,8 @@ from imitate.settings import Settings
 from imitate.skill import Decision, Segment
 from imitate.tui.again import Check, Runs
 from imitate.tui.app import ImitateApp
-from imitate.tui.engine import Engine, Preview
+from imitate.tui.engine import Engine
+from imitate.tui.files import Preview
 from imitate.tui.film import Film
 from imitate.tui.pace import Pace
 from imitate.tui.photo import photo_of_terminal

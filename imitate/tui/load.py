@@ -15,7 +15,8 @@ from textual.widgets import DirectoryTree, Label, OptionList, Static, Tree
 from textual.widgets.option_list import Option
 
 from imitate.errors import ImitateError
-from imitate.tui.engine import Engine, Preview
+from imitate.tui.engine import Engine
+from imitate.tui.files import Preview
 from imitate.tui.intents import Open
 from imitate.tui.photo import Photo
 from imitate.tui.state import State

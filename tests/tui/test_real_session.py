@@ -60,7 +60,7 @@ async def test_a_demonstration_is_cut_and_its_boundary_moved_by_the_real_segment
 
 async def test_the_real_preview_says_what_each_file_holds(tmp_path: Path) -> None:
     from imitate.errors import FileError
-    from imitate.tui.engine import look
+    from imitate.tui.files import look
 
     facts = dict(look(FIXTURES / "human_stack.npz").facts)
     assert facts["cubeA"] == "40 × 40 × 40 mm"
