@@ -69,14 +69,14 @@ class Decision:
     """What the operator decided about the segments.
 
     Attributes:
-        kind: "move" a boundary, "relabel" a segment, "split" one, "merge" one with its next, "undo"
-            or "redo".
+        kind: "move" a boundary, "relabel" a segment, "split" one, "merge" one with its next, "reset" all
+            segments to those found, "undo" or "redo".
         segment: index of the segment (of the one before the boundary, for "move").
         time: seconds since the first frame, for "move" and "split".
         abstraction: for "relabel".
     """
 
-    kind: Literal["move", "relabel", "split", "merge", "undo", "redo"]
+    kind: Literal["move", "relabel", "split", "merge", "reset", "undo", "redo"]
     segment: int = 0
     time: float = 0.0
     abstraction: Abstraction | None = None
@@ -87,6 +87,8 @@ class Decision:
                 return f"end of skill {self.segment + 1} moved to {self.time:.2f} s"
             case "relabel":
                 return f"skill {self.segment + 1} is {self.abstraction}"
+            case "reset":
+                return "everything as it was found"
             case "undo":
                 return "undone"
             case "redo":

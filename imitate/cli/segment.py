@@ -58,7 +58,7 @@ def segment(
     """
     from imitate.formats.decisions import read_decisions
     from imitate.formats.truth import read_truth
-    from imitate.segmentation import apply_decisions, changes
+    from imitate.segmentation import apply_decisions, changes, doubts
     from imitate.segmentation import segment as cut
     from imitate.segmentation.metrics import compare
     from imitate.settings import load_settings
@@ -71,6 +71,8 @@ def segment(
     right = read_truth(truth, shown.object_names) if truth else ()
     found = cut(shown, settings.segmentation)
     segments = apply_decisions(found, decided, shown, settings.segmentation)
+    for doubt in doubts(shown, found, segments, settings.segmentation) if decided else ():
+        console.narrate(str(doubt))
     sure = changes(shown, segments, settings.segmentation)
     metrics = compare(segments, right, tolerance) if right else None
     if plot:

@@ -19,13 +19,14 @@ _FIELDS: dict[str, tuple[str, ...]] = {
     "split": ("segment", "time"),
     "merge": ("segment",),
     "relabel": ("segment", "abstraction"),
+    "reset": (),
     "undo": (),
     "redo": (),
 }
 _REMEDY = (
     'Expected a list such as [{"kind": "move", "segment": 0, "time": 8.3}, {"kind": "relabel", "segment": 1, '
     '"abstraction": {"relevant": ["hand", "blue"], "reference": "green"}}]; kinds are move, relabel, split, '
-    "merge, undo and redo."
+    "merge, reset, undo and redo."
 )
 
 

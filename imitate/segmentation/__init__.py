@@ -9,15 +9,18 @@ Symbols::
     ℓ           what one frame says for an object to move with the hand, nats
 """
 
+from imitate.segmentation.doubts import Doubt, doubts
 from imitate.segmentation.overrides import apply_decisions, split_time
 from imitate.segmentation.posteriors import Posterior, Posteriors, changes, posteriors
 from imitate.segmentation.segments import rankings, segment
 
 __all__ = [
+    "Doubt",
     "Posterior",
     "Posteriors",
     "apply_decisions",
     "changes",
+    "doubts",
     "posteriors",
     "rankings",
     "segment",

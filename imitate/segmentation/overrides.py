@@ -25,7 +25,8 @@ def apply_decisions(
 ) -> Segments:
     """Segments after all ``decisions`` in order.
 
-    An "undo" takes back the last one that still holds, a "redo" the last undo that nothing was decided after.
+    An "undo" takes back the last one that still holds, a "redo" the last undo that nothing was decided after;
+    a "reset" leads back to ``found``, and can be undone like any other.
 
     A segment whose boundary changed is ranked anew, and keeps its abstraction when its boundary was moved;
     split and merged segments take their best one.
@@ -46,7 +47,9 @@ def apply_decisions(
                 history.append(undone.pop())
             else:
                 undone.clear()
-                history.append(_applied(history[-1], decision, demonstration, settings))
+                now = history[-1]
+                reset = decision.kind == "reset"
+                history.append(found if reset else _applied(now, decision, demonstration, settings))
         except UsageError as error:
             raise UsageError(f"decision {number} ({decision.kind}): {error}") from None
     return history[-1]

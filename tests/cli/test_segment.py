@@ -79,6 +79,16 @@ def test_decisions_are_applied(imitate, tmp_path):
     assert err.startswith("error: decision 1 (merge): there are no segments 1 and 2")
 
 
+def test_decisions_that_explain_far_less_are_applied_and_said(imitate, tmp_path):
+    file = tmp_path / "decisions.json"
+    file.write_text('[{"kind": "merge", "segment": 0}]')
+    code, out, err = imitate("segment", FIXTURE, "--decisions", file, "--json")
+    assert code == 0
+    assert len(json.loads(out)["segments"]) == 1
+    assert "skill 1: the motion is e^-" in err
+    assert "times as likely uncut as cut at 8.50 s; kept, as you decided" in err
+
+
 def without_hand(arrays):
     return {name: values for name, values in arrays.items() if name != "hand"}
 

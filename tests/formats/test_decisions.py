@@ -67,7 +67,7 @@ DECISIONS = st.lists(
     st.one_of(
         st.builds(Decision, st.sampled_from(["move", "split"]), SEGMENTS, TIMES),
         st.builds(Decision, st.just("merge"), SEGMENTS),
-        st.builds(Decision, st.sampled_from(["undo", "redo"])),
+        st.builds(Decision, st.sampled_from(["reset", "undo", "redo"])),
         st.builds(
             lambda k, names, to: Decision("relabel", k, abstraction=Abstraction(("hand", *names), to)),
             SEGMENTS,

@@ -93,6 +93,17 @@ def test_redo_takes_back_undo_until_something_else_is_decided():
         after(move, undo, split, redo)
 
 
+def test_reset_leads_back_to_what_was_found_and_can_be_undone():
+    move, split = Decision("move", 0, 1.5), Decision("split", 1, 3.0)
+    reset, undo, redo = Decision("reset"), Decision("undo"), Decision("redo")
+    assert after(move, split, reset) == FOUND
+    assert after(move, split, reset, undo) == after(move, split)
+    assert after(move, reset, undo, redo) == FOUND
+    assert after(move, reset, split) == after(split)
+    with pytest.raises(UsageError, match=r"decision 3 \(redo\): there is nothing to redo"):
+        after(move, reset, redo)
+
+
 def test_the_table_may_be_the_reference():
     wanted = Abstraction(("hand", "blue"), "table")
     assert after(Decision("relabel", 1, abstraction=wanted))[1].abstraction == wanted
@@ -127,7 +138,7 @@ def test_the_decision_at_fault_is_named():
         after(Decision("move", 0, time=1.5), Decision("merge", 7))
 
 
-KINDS = st.sampled_from(["move", "split", "merge", "undo"])
+KINDS = st.sampled_from(["move", "split", "merge", "reset", "undo"])
 
 
 @settings(deadline=None, max_examples=25)
