@@ -16,7 +16,7 @@ from imitate.skill import Abstraction, Segment
 
 DOUBTFUL = 10.0
 """nats by which segments may explain less than those found before it is said: twice the 5 from which Kass &
-Raftery (1995, section 3.2) call evidence very strong, as the noise of neighbouring frames is not independent."""
+Raftery (1995, section 3.2) call evidence very strong, as neighbouring frames' noise is not independent."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""A picture in half blocks, two pixels a cell, with a cursor that points at a pixel.
+"""A picture in half blocks, two pixels a cell; one has a cursor that points at a pixel.
 
 Drawn here and not by a picture library: the cursor has to know which pixel a cell shows, and those libraries
 ask the terminal what it can do, which Textual owns by then.
@@ -27,8 +27,48 @@ LEAP = 8
 """cells that a shifted arrow moves the cursor by."""
 
 
-class Picture(Widget, can_focus=True):
-    """An (H, W, 3) picture, red green blue, as large as fits; arrows and the mouse move the cursor."""
+class Blocks(Widget):
+    """An (H, W, 3) picture, red green blue, as large as fits; another one may follow."""
+
+    def __init__(self, image: Image | None = None, id: str | None = None) -> None:
+        super().__init__(id=id)
+        self.image = np.zeros((2, 1, 3), np.uint8) if image is None else image
+        self._scaled: Image = self.image[:2, :1]
+
+    def show(self, image: Image) -> None:
+        """Another picture."""
+        if image is not self.image:
+            self.image = image
+            self.scale()
+
+    def on_resize(self) -> None:
+        """As large as fits now."""
+        self.scale()
+
+    def scale(self) -> None:
+        """Scale anew."""
+        columns, rows = fitting(self.image, self.size)
+        self._scaled = np.asarray(
+            cv2.resize(self.image, (columns, 2 * rows), interpolation=cv2.INTER_AREA), np.uint8
+        )
+        self.refresh()
+
+    def render_line(self, y: int) -> Strip:
+        """Row ``y`` of cells: the upper pixel is the block's colour, the lower one its background's."""
+        return Strip(self.blocks(y)).adjust_cell_length(self.size.width)
+
+    def blocks(self, y: int) -> list[Segment]:
+        """A cell each; none below the picture."""
+        if 2 * y + 1 >= len(self._scaled):
+            return []
+        return [
+            Segment("▀", Style.from_color(_colour(upper), _colour(lower)))
+            for upper, lower in zip(*self._scaled[2 * y : 2 * y + 2], strict=True)
+        ]
+
+
+class Picture(Blocks, can_focus=True):
+    """A picture in which arrows and the mouse move a cursor."""
 
     BINDINGS = [
         Binding(f"{prefix}{arrow},{letter}", f"move({dx * by}, {dy * by})", f"{words} {arrow}", show=False,
@@ -45,11 +85,6 @@ class Picture(Widget, can_focus=True):
     class Pointed(Message):
         """The cursor moved."""
 
-    def __init__(self, image: Image, id: str | None = None) -> None:
-        super().__init__(id=id)
-        self.image = image
-        self._scaled: Image = image[:2, :1]
-
     @property
     def pixel(self) -> tuple[int, int]:
         """(u, v) in the middle of the cell that the cursor is on: column and row of the picture."""
@@ -64,15 +99,11 @@ class Picture(Widget, can_focus=True):
         height, width = self.image.shape[:2]
         self.cell = (u * columns // width, v * rows // height)
 
-    def on_resize(self) -> None:
+    def scale(self) -> None:
         """Scale anew and keep the cursor on its pixel."""
         u, v = self.pixel
-        columns, rows = fitting(self.image, self.size)
-        self._scaled = np.asarray(
-            cv2.resize(self.image, (columns, 2 * rows), interpolation=cv2.INTER_AREA), np.uint8
-        )
+        super().scale()
         self.point(u, v)
-        self.refresh()
 
     def validate_cell(self, cell: tuple[int, int]) -> tuple[int, int]:
         """Inside the picture."""
@@ -91,23 +122,18 @@ class Picture(Widget, can_focus=True):
         """The cursor goes where the mouse is."""
         self.cell = (event.x, event.y)
 
-    def render_line(self, y: int) -> Strip:
-        """Row ``y`` of cells: the upper pixel is the block's colour, the lower one its background's."""
-        if 2 * y + 1 >= len(self._scaled):
-            return Strip.blank(self.size.width)
-        segments = [
-            Segment("▀", Style.from_color(_colour(upper), _colour(lower)))
-            for upper, lower in zip(self._scaled[2 * y], self._scaled[2 * y + 1], strict=True)
-        ]
+    def blocks(self, y: int) -> list[Segment]:
+        """The picture's, and the cursor."""
+        segments = super().blocks(y)
         column, row = self.cell
-        if row == y:
+        if row == y and segments:
             dark = int(self._scaled[2 * y : 2 * y + 2, column].mean()) < 128
             segments[column] = Segment(
                 "╋",
                 Style(color="white" if dark else "black", bold=True)
                 + Style(bgcolor=_colour(self._scaled[2 * y, column])),
             )
-        return Strip(segments).adjust_cell_length(self.size.width)
+        return segments
 
 
 def fitting(image: Image, size: Size) -> tuple[int, int]:
