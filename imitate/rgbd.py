@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 
 from imitate.geometry import Array, read_only
 
+NEAREST = 0.01
+"""m in front of a camera from which a point can be seen."""
+
 
 @dataclass(frozen=True)
 class Intrinsics:
@@ -28,6 +31,12 @@ class Intrinsics:
         u, v = np.meshgrid(np.arange(self.width), np.arange(self.height))
         x, y = (u - self.cx) / self.fx, (v - self.cy) / self.fy
         return np.stack([x, y, np.ones_like(x)], axis=-1)
+
+    def project(self, points: Array) -> Array:
+        """(N, 2) pixels, column and row, that show points (N, 3); NaN where one is not in front of it."""
+        with np.errstate(invalid="ignore"):
+            z = np.where(points[:, 2] > NEAREST, points[:, 2], np.nan)
+        return np.stack([self.fx * points[:, 0] / z + self.cx, self.fy * points[:, 1] / z + self.cy], axis=1)
 
 
 @dataclass(frozen=True)

@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+import cv2
 import numpy as np
 
 from imitate import events
 from imitate.demonstration import Demonstration
 from imitate.record import SceneSpec
+from imitate.rgbd import Intrinsics
 from imitate.settings import Settings, to_toml
 from imitate.skill import Abstraction, Candidate, CostTerms, Formulation, Policy, Segment
 from imitate.tui.film import Film
+from imitate.tui.sighting import Cast, Sighting
 
 REACH = Abstraction(("hand",), "blue")
 CARRY = Abstraction(("hand", "blue"), "green")
@@ -124,6 +127,33 @@ def film(number: int) -> Film:
         force=np.where((np.arange(count) > 60) & (np.arange(count) < 120), 20, 0).astype(np.float32),
         arm=arm.astype(np.float32),
         skills=np.zeros(count, np.int8),
+    )  # fmt: skip
+
+
+def sighting(frames: int = 361, begin: int = 0, lost: tuple[int, int] = (0, 0)) -> Sighting:
+    """The demonstration from above; the hand is lost from frame to frame, blue is half hidden for a while."""
+    shown, camera = demonstration(), Intrinsics(64, 48, 60.0, 60.0, 32.0, 24.0)
+    which = slice(begin, frames)
+    poses = np.concatenate([shown.hand[:, None], shown.objects], axis=1)
+    confidence = np.tile([0.9, 0.75, 1.0], (361, 1))
+    confidence[200:240, 1] = 0.3
+    poses[slice(*lost), 0], confidence[slice(*lost), 0] = np.nan, 0
+    corners = np.array([[(k >> axis & 1) - 0.5 for axis in range(3)] for k in range(8)])
+    cast = Cast(
+        ("hand", "blue", "green"),
+        ((255, 255, 255), (255, 64, 220), (64, 220, 255)),
+        blocks=np.array([corners * size for size in shown.object_sizes]),
+        fingers=np.array([corners * [0.02, 0.02, 0.05] + [0, side * 0.01, -0.025] for side in (-1, 1)]),
+        camera=camera,
+        camera_from_table=np.array([-0.05, 0.0, 0.6, 1, 0, 0, 0]),
+    )
+    image = np.full((48, 64, 3), 90, np.uint8)
+    image[:24] = np.linspace(40, 200, 64)[:, None].astype(np.uint8)
+    _, jpeg = cv2.imencode(".jpg", image)
+    openings = np.where(np.isnan(poses[:, 0, 0]), np.nan, 0.05)
+    return Sighting(
+        cast, begin, 361, shown.t[which], poses[which], openings[which], confidence[which],
+        (jpeg.tobytes(),) * len(shown.t[which]),
     )  # fmt: skip
 
 

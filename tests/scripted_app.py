@@ -27,10 +27,13 @@ from imitate.tui.files import Preview
 from imitate.tui.film import Film
 from imitate.tui.pace import Pace
 from imitate.tui.photo import photo_of_terminal
+from imitate.tui.sighting import Sighting
 from imitate.tui.state import Interval
 from imitate.tui.teaching import Resumed, Seen, Task
 from imitate.tui.words import demonstration_facts
 
+TRACKED, LOST = 150, (60, 75)
+"""frames that are tracked at first, and those in which the hand is lost."""
 SAME = ReplayReport(38, 79_320, 0, 0, None)
 
 
@@ -110,15 +113,16 @@ class Script:
         if not should_stop():
             yield self.report
 
-    def observe(self, task: Task, should_stop: Callable[[], bool]) -> Iterator[float | Seen]:
+    def observe(self, task: Task, should_stop: Callable[[], bool]) -> Iterator[Sighting | Seen]:
         self.watches.append(task)
         if self.unseen and len(self.watches) == 1:
             raise self.unseen
-        yield 0.4
+        yield scripted.sighting(TRACKED, lost=LOST)
         waiting = threading.Event()
         while self.hold and not self.watched and not should_stop():
             waiting.wait(0.01)
         if not should_stop():
+            yield scripted.sighting(begin=TRACKED, lost=LOST)
             yield Seen(scripted.demonstration(), {"hand": 2, "blue": 0, "green": 0})
 
 

@@ -29,9 +29,31 @@ from imitate.rgbd import Intrinsics, PointCloud, RgbdFrame, RgbdSource
 from imitate.settings import Perception, Settings
 
 Progress = Callable[[int, int], None]
-
-
 Span = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Moment:
+    """One frame as it was followed.
+
+    Attributes:
+        frame: what was filmed.
+        count: frames in all, as far as is known.
+        sights: of the hand and each object of the first view, poses in the table's frame.
+        opening: of the hand, metres; NaN where it was not seen.
+        first: table and objects in the first view.
+        intrinsics: of the camera.
+    """
+
+    frame: RgbdFrame
+    count: int
+    sights: tuple[Sight, ...]
+    opening: float
+    first: FirstView
+    intrinsics: Intrinsics
+
+
+Watch = Callable[[Moment], None]
 
 
 @dataclass(frozen=True)
@@ -68,6 +90,7 @@ def observe(
     settings: Settings | None = None,
     seed: int = 0,
     progress: Progress | None = None,
+    watch: Watch | None = None,
 ) -> Observation:
     """Watch a recording: find table, blocks and hand, and follow them. Of the frames only poses are kept.
 
@@ -76,6 +99,7 @@ def observe(
         settings: ``settings.perception`` counts; default settings otherwise.
         seed: of every random draw.
         progress: called after each frame with (frames done, frames in all).
+        watch: called after each frame with what was found in it.
 
     Raises:
         FileError: the recording cannot be read.
@@ -99,11 +123,15 @@ def observe(
     rows: list[list[Sight]] = []
     openings: list[float] = []
     for frame in _replayed(still, frames):
-        rows.append(trackers.follow(View(eye, frame, len(t))))
+        sights = trackers.follow(View(eye, frame, len(t)))
+        rows.append(sights)
         openings.append(trackers.opening)
         t.append(frame.t)
+        count = max(source.count, len(t))
         if progress:
-            progress(len(t), max(source.count, len(t)))
+            progress(len(t), count)
+        if watch:
+            watch(Moment(frame, count, tuple(sights), openings[-1], first, source.intrinsics))
     return _observation(name, np.array(t), rows, np.array(openings), blocks, first, chosen)
 
 

@@ -21,14 +21,22 @@ from imitate.rgbd import Intrinsics, PointCloud, RgbdFrame
 from imitate.settings import Perception
 
 Image = NDArray[np.uint8]
-INK = ((255, 255, 255), (255, 64, 220), (64, 220, 255), (255, 160, 32), (140, 255, 100), (170, 140, 255))
+Ink = tuple[int, int, int]
+INK: tuple[Ink, ...] = (
+    (255, 255, 255),
+    (255, 64, 220),
+    (64, 220, 255),
+    (255, 160, 32),
+    (140, 255, 100),
+    (170, 140, 255),
+)
 """red green blue of the hand, then of one object after the other, over again where they are more."""
 LOST = (255, 48, 48)
 HEIGHT = 480
 """pixels; smaller pictures are enlarged, so that names can be read."""
 _EDGES = [(a, b) for a in range(8) for b in range(a + 1, 8) if bin(a ^ b).count("1") == 1]
-_CORNERS = np.array([[(k >> axis & 1) - 0.5 for axis in range(3)] for k in range(8)])
-_ROUND = np.linspace(0, 2 * np.pi, 25)
+CORNERS = np.array([[(k >> axis & 1) - 0.5 for axis in range(3)] for k in range(8)])
+"""(8, 3) of a box of side 1 around its middle."""
 
 
 class Sketch:
@@ -48,7 +56,7 @@ class Sketch:
         self._width = max(1, round(tall / HEIGHT))
         self._letters = tall / 1000
 
-    def line(self, points: Array, ink: tuple[int, int, int]) -> None:
+    def line(self, points: Array, ink: Ink) -> None:
         """Points (N, 3), metres, joined where both ends are in front of the camera; NaN parts them."""
         pixels = self._pixels(points)
         for a, b in pairwise(pixels):
@@ -56,43 +64,38 @@ class Sketch:
                 start, end = ([round(float(v)) for v in pixel] for pixel in (a, b))
                 cv2.line(self.image, start, end, ink, self._width, cv2.LINE_AA)
 
-    def box(self, pose: Array, size: Array, ink: tuple[int, int, int]) -> None:
+    def box(self, pose: Array, size: Array, ink: Ink) -> None:
         """The twelve edges of a box at a pose (7,) of its middle, size (3,) metres."""
-        corners = pose[:3] + rotate(pose[3:], _CORNERS * size)
+        corners = pose[:3] + rotate(pose[3:], CORNERS * size)
         for a, b in _EDGES:
             self.line(corners[[a, b]], ink)
 
-    def cylinder(self, pose: Array, radius: float, length: float, ink: tuple[int, int, int]) -> None:
+    def cylinder(self, pose: Array, radius: float, length: float, ink: Ink) -> None:
         """Both ends and four sides of a cylinder around the z of the pose (7,) of its middle."""
-        rim = radius * np.stack([np.cos(_ROUND), np.sin(_ROUND), 0 * _ROUND], axis=1)
-        ends = [pose[:3] + rotate(pose[3:], rim + np.array([0, 0, side * length / 2])) for side in SIDES]
+        ends = [pose[:3] + rotate(pose[3:], rim) for rim in rims(radius, length)]
         for end in ends:
             self.line(end, ink)
-        for k in range(0, len(_ROUND) - 1, 6):
+        for k in range(0, len(ends[0]) - 1, 6):
             self.line(np.stack([ends[0][k], ends[1][k]]), ink)
 
-    def name(self, text: str, point: Array, ink: tuple[int, int, int]) -> None:
+    def name(self, text: str, point: Array, ink: Ink) -> None:
         """Words beside a point (3,)."""
         (pixel,) = self._pixels(point[None])
         if np.isfinite(pixel).all() and np.abs(pixel).max() < 1e5:
             self._words(text, round(float(pixel[0])) + 6, round(float(pixel[1])) - 6, ink)
 
-    def note(self, text: str, row: int, ink: tuple[int, int, int]) -> None:
+    def note(self, text: str, row: int, ink: Ink) -> None:
         """Words in the corner, on a row of their own."""
         self._words(text, 8, round((row + 1) * 45 * self._letters), ink)
 
-    def _words(self, text: str, x: int, y: int, ink: tuple[int, int, int]) -> None:
+    def _words(self, text: str, x: int, y: int, ink: Ink) -> None:
         font, shade = cv2.FONT_HERSHEY_SIMPLEX, (0, 0, 0)
         for right, down, colour in ((1, 1, shade), (-1, -1, shade), (0, 0, ink)):
             at = (x + right, y + down)
             cv2.putText(self.image, text, at, font, self._letters, colour, self._width, cv2.LINE_AA)
 
     def _pixels(self, points: Array) -> Array:
-        i = self._camera
-        with np.errstate(invalid="ignore", divide="ignore"):
-            z = np.where(points[:, 2] > 0.01, points[:, 2], np.nan)
-            u, v = i.fx * points[:, 0] / z + i.cx, i.fy * points[:, 1] / z + i.cy
-        return (np.stack([u, v], axis=1) + 0.5) * self._scale - 0.5
+        return (self._camera.project(points) + 0.5) * self._scale - 0.5
 
 
 def draw_frame(
@@ -107,7 +110,7 @@ def draw_tracks(frame: RgbdFrame, intrinsics: Intrinsics, seen: Observation, set
     sketch = _sketched(frame, intrinsics, seen, 0, settings)
     for n, body in enumerate((HAND, *seen.demonstration.object_names)):
         way = compose(seen.camera_from_table, seen.demonstration.pose_of(body))[:, :3]
-        sketch.line(way, _ink(n))
+        sketch.line(way, ink_of(n))
     return sketch.image
 
 
@@ -116,12 +119,12 @@ def draw_first_view(picture: Image, intrinsics: Intrinsics, first: FirstView) ->
     labels = first.labels.reshape(picture.shape[:2])
     tinted = picture.astype(float)
     for n in range(len(first.objects)):
-        tinted[labels == n + 1] = 0.5 * tinted[labels == n + 1] + 0.5 * np.array(_ink(n + 1))
+        tinted[labels == n + 1] = 0.5 * tinted[labels == n + 1] + 0.5 * np.array(ink_of(n + 1))
     sketch = Sketch(tinted.astype(np.uint8), intrinsics)
     for n, thing in enumerate(first.objects):
         pose = compose(inverse(first.table.table_from_camera), thing.block.pose)
-        sketch.box(pose, thing.block.size, _ink(n + 1))
-        sketch.name(f"{thing.name}{' (uncertain)' if thing.uncertain else ''}", pose[:3], _ink(n + 1))
+        sketch.box(pose, thing.block.size, ink_of(n + 1))
+        sketch.name(f"{thing.name}{' (uncertain)' if thing.uncertain else ''}", pose[:3], ink_of(n + 1))
     return sketch.image
 
 
@@ -182,7 +185,7 @@ def _sketched(
         if np.isnan(pose[0]):
             unseen.append(body)
         else:
-            _draw_body(sketch, body, pose, seen, k, _ink(n), settings)
+            _draw_body(sketch, body, pose, seen, k, ink_of(n), settings)
     for row, body in enumerate(unseen):
         sketch.note(f"{body}: lost", row, LOST)
     return sketch
@@ -194,7 +197,7 @@ def _draw_body(
     pose: Array,
     seen: Observation,
     k: int,
-    ink: tuple[int, int, int],
+    ink: Ink,
     settings: Perception,
 ) -> None:
     sketch.name(body, pose[:3], ink)
@@ -207,5 +210,16 @@ def _draw_body(
         sketch.cylinder(finger, settings.finger_radius, settings.finger_length, ink)
 
 
-def _ink(n: int) -> tuple[int, int, int]:
+def rims(radius: float, length: float) -> tuple[Array, Array]:
+    """(25, 3) each, points around both ends of a cylinder along z about its middle, the lower end first."""
+    turn = np.linspace(0, 2 * np.pi, 25)
+    below, above = (
+        np.stack([radius * np.cos(turn), radius * np.sin(turn), np.full(25, z)], axis=1)
+        for z in (-length / 2, length / 2)
+    )
+    return below, above
+
+
+def ink_of(n: int) -> Ink:
+    """What body ``n`` is drawn in, the hand being 0."""
     return INK[0] if n == 0 else INK[1 + (n - 1) % (len(INK) - 1)]

@@ -149,6 +149,11 @@ class ImitateApp(App[None]):
             self._changed = True
             self.works.observe(self.state.source)
 
+    @on(intents.Sighted)
+    def _sighted(self, message: intents.Sighted) -> None:
+        self.state.sight(message.sighting)
+        self._changed = True
+
     @on(intents.Tracked)
     def _tracked(self, message: intents.Tracked) -> None:
         self.state.observed = message.share

@@ -53,10 +53,15 @@ class Dots:
             if 0 <= column + k < columns and 0 <= row < rows:
                 self._words[row, column + k] = letter, style
 
+    def cell(self, row: int, column: int) -> tuple[str, Style] | None:
+        """Sign and style; None where nothing was drawn."""
+        if (row, column) in self._words:
+            return self._words[row, column]
+        bits = int(self._cells[row, column])
+        return (chr(0x2800 + bits), self._styles[self._inks[row, column]]) if bits else None
+
     def strip(self, row: int) -> Strip:
         """One row of cells."""
-        segments = []
-        for column, (bits, ink) in enumerate(zip(self._cells[row], self._inks[row], strict=True)):
-            sign, style = self._words.get((row, column), (chr(0x2800 + bits) if bits else " ", None))
-            segments.append(Segment(sign, style or self._styles[ink]))
-        return Strip(segments).simplify()
+        blank = " ", Style.null()
+        cells = [self.cell(row, column) or blank for column in range(self._cells.shape[1])]
+        return Strip([Segment(sign, style) for sign, style in cells]).simplify()

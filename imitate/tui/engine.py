@@ -23,6 +23,7 @@ from imitate.tui import teaching
 from imitate.tui.again import Check, Runs
 from imitate.tui.files import Preview, first_picture, kind_of, look, read
 from imitate.tui.film import Film
+from imitate.tui.sighting import Sighting
 from imitate.tui.state import Interval
 from imitate.tui.teaching import Resumed, Seen, Stop, Task
 from imitate.tui.words import demonstration_facts
@@ -87,15 +88,16 @@ def recorded(path: Path) -> Iterator[Event]:
     return read_session(path, steps=False)
 
 
-def observe(task: Task, should_stop: Stop) -> Iterator[float | Seen]:
-    """Shares of a recording that were tracked, then what was seen."""
+def observe(task: Task, should_stop: Stop) -> Iterator[Sighting | Seen]:
+    """The frames of a recording as they are tracked, some at a time, then what was seen."""
     from imitate.tui.child import in_child
 
     return in_child(teaching.observe, task, should_stop)
 
 
 def learn(task: Task, should_stop: Stop, should_wait: Stop = lambda: False) -> Iterator[float | Event]:
-    """The events of a session, from a process of its own; before them, of a recording, shares as above."""
+    """The events of a session, from a process of its own; before them, of a recording, the
+    shares of it that were tracked."""
     from imitate.tui.child import in_child
 
     return in_child(teaching.learn, task, should_stop, should_wait)
@@ -175,7 +177,7 @@ class Engine:
     split_time: Callable[[Demonstration, Segment, Settings], float] = split_time
     write_decisions: Callable[[Path, tuple[Decision, ...]], None] = write_decisions
     recorded: Callable[[Path], Iterator[Event]] = recorded
-    observe: Callable[[Task, Stop], Iterator[float | Seen]] = observe
+    observe: Callable[[Task, Stop], Iterator[Sighting | Seen]] = observe
     learn: Callable[[Task, Stop, Stop], Iterator[float | Event]] = learn
     resume: Callable[[Resumed, Stop, Stop], Iterator[Event]] = resume
     films: Callable[[Path, Stop], Iterator[Film]] = films

@@ -14,6 +14,7 @@ from imitate.formats.kind import Kind
 from imitate.skill import Segment
 from imitate.tui.again import Checking, Depth, Library, Trying
 from imitate.tui.film import Film
+from imitate.tui.sighting import Sighting
 from imitate.tui.state import Step
 
 if TYPE_CHECKING:
@@ -122,8 +123,15 @@ class Wear(Message):
 
 
 @dataclass
+class Sighted(Message):
+    """Frames of the recording that were tracked since the last ones."""
+
+    sighting: Sighting
+
+
+@dataclass
 class Tracked(Message):
-    """Share of the frames that were tracked."""
+    """Share of the frames that were tracked, of a recording that is learned from."""
 
     share: float
 

@@ -1,4 +1,4 @@
-"""Observe: a recording is tracked in a child process."""
+"""Observe: a recording is tracked in a child process, and can be looked at as it was seen."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from textual import work
 from textual.binding import Binding
-from textual.containers import Vertical
+from textual.containers import Horizontal, VerticalScroll
 from textual.content import Content
 from textual.widget import Widget
 from textual.widgets import ProgressBar, Static
@@ -15,21 +15,34 @@ from imitate.errors import ImitateError
 from imitate.tui.engine import Engine
 from imitate.tui.fingers import FingersScreen
 from imitate.tui.intents import Wear
+from imitate.tui.notes import ConfirmScreen
+from imitate.tui.overlay import Overlay
+from imitate.tui.sighting import Sighting
 from imitate.tui.state import State
 from imitate.tui.step import StepScreen
+from imitate.tui.track_rows import track_rows
 
 
 class ObserveScreen(StepScreen):
-    """A progress bar; the review follows by itself. Where observing fails, why, and what can be done."""
+    """The picture with what was found in it, and when each body was seen; why, where observing fails."""
 
     STEP = "observe"
     HELP = (
         "Observe: the pictures of the recording are turned into pose trajectories. First the table, the "
-        "objects and the hand's coloured fingers are found in the first picture, then they are tracked. "
-        "Where the fingers have other colours than the settings say, f shows the first picture to point at "
-        "them. Esc goes back and leaves it."
+        "objects and the hand's coloured fingers are found in the first pictures, then they are tracked: "
+        "each has a line around it, its name, and the way that it came in the last 1.5 s. Below stands for "
+        "each how sure the tracker is of it: how many of its pixels agree, and how much of it is to be seen. "
+        "Along time the blocks are as high as that is; ✗ is where it was lost and the demonstration has no "
+        "pose. Left and right look at another frame, with shift a second further; after the last one the "
+        "newest is followed. Where the fingers have other colours than the settings say, f shows the first "
+        "picture to point at them. Esc goes back; left before it is done, it is to be observed again."
     )
     BINDINGS = [
+        Binding("left,h", "seek(-1)", "frame", id="observe.back", priority=True, key_display="←→",
+                tooltip="Look at another frame; h and l do the same, shift goes by a second"),
+        Binding("right,l", "seek(1)", "frame", id="observe.on", priority=True, show=False),
+        Binding("shift+left,H", "leap(-1)", "second back", id="observe.leap_back", priority=True, show=False),
+        Binding("shift+right,L", "leap(1)", "second on", id="observe.leap_on", priority=True, show=False),
         Binding("f", "fingers", "finger colours", id="observe.fingers",
                 tooltip="Point at the two fingers in the first picture, and observe anew"),
         Binding("r", "retry", "again", id="observe.retry", tooltip="Observe anew"),
@@ -38,37 +51,90 @@ class ObserveScreen(StepScreen):
     def __init__(self, state: State, engine: Engine) -> None:
         super().__init__(state)
         self._engine = engine
+        self._chosen: int | None = None  # the frame that is looked at; None for the newest
+
+    @property
+    def frame(self) -> int:
+        """The frame that is shown: of those with a picture the last one up to the one that was chosen."""
+        sighting = self.state.sighting
+        if sighting is None:
+            return 0
+        chosen = len(sighting) - 1 if self._chosen is None else self._chosen
+        return sighting.pictured(chosen) or 0
 
     def body(self) -> Iterable[Widget]:
-        """Words and the bar."""
-        yield Vertical(Static(id="doing"), ProgressBar(total=100, show_eta=False), id="observing")
+        """Picture, words and the bar; a row for each body."""
+        yield Horizontal(
+            Overlay(),
+            VerticalScroll(
+                Static(id="doing"),
+                ProgressBar(total=100, show_eta=False),
+                id="said",
+                can_focus=False,
+            ),
+            id="observing",
+        )
+        yield VerticalScroll(Static(id="tracks"), id="bodies")
 
     def draw(self) -> None:
         """As far as it is, or why it goes no further."""
         super().draw()
-        p, unseen = self.state.settings.perception, self.state.unseen
-        self.query_one("#doing", Static).update(
-            Content.assemble(("✗ ", "bold $text-error"), unseen)
-            if unseen
-            else Content(
-                "Finding the table, the hand and the objects, and tracking them.\n"
-                f"Left finger {_worn(p.left_finger)}, right finger {_worn(p.right_finger)}."
-            )
-        )
+        state, sighting = self.state, self.state.sighting
+        self.query_one("#doing", Static).update(_words(state))
         bar = self.query_one(ProgressBar)
-        bar.display = not unseen
-        bar.update(progress=100 * self.state.observed)
+        bar.display = not state.unseen and state.demonstration is None
+        bar.update(progress=100 * state.observed)
+        self.query_one(Overlay).display = self.query_one("#bodies").display = sighting is not None
+        if sighting is not None:
+            self._draw_frame(sighting)
+
+    def on_resize(self) -> None:
+        """The rows are as long as the screen is wide."""
+        self.redraw()
+
+    def _draw_frame(self, sighting: Sighting) -> None:
+        self.query_one(Overlay).frame(sighting, self.frame)
+        shown = self.state.demonstration
+        kept = ("hand", *shown.object_names) if shown else sighting.cast.names
+        rows = track_rows(
+            sighting, self.frame, self.size.width - 2, frozenset(sighting.cast.names) - set(kept)
+        )
+        self.query_one("#tracks", Static).update(rows)
+
+    def action_seek(self, by: int) -> None:
+        """To the next frame that has a picture, or the one before."""
+        sighting = self.state.sighting
+        if sighting is None:
+            return
+        frame = self.frame + by
+        while 0 <= frame < len(sighting) and not sighting.pictures[frame]:
+            frame += by
+        self._look(sighting, frame)
+
+    def action_leap(self, by: int) -> None:
+        """By so many seconds."""
+        sighting = self.state.sighting
+        if sighting is not None:
+            self._look(sighting, sighting.at(float(sighting.t[self.frame]) + by))
+
+    def _look(self, sighting: Sighting, frame: int) -> None:
+        self._chosen = max(frame, 0) if frame < len(sighting) - 1 else None
+        self.draw()
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Again only where it failed."""
+        """Again where it failed, other frames where there are any, other colours while nothing learns."""
         if action == "retry":
             return bool(self.state.unseen)
+        if action in ("seek", "leap"):
+            return self.state.sighting is not None
+        if action == "fingers":
+            return not self.state.running
         return super().check_action(action, parameters)
 
     def action_retry(self) -> None:
         """Observe anew with the same colours."""
         worn = self.state.settings.perception
-        self.post_message(Wear(worn.left_finger, worn.right_finger))
+        self._anew(worn.left_finger, worn.right_finger)
 
     @work(exclusive=True, group="fingers")
     async def action_fingers(self) -> None:
@@ -81,8 +147,49 @@ class ObserveScreen(StepScreen):
             self.notify(str(error), title="✗", severity="error", markup=False)
             return
         picked = await self.app.push_screen_wait(FingersScreen(image))
-        if picked:
-            self.post_message(Wear(*picked))
+        if picked and await self._may_begin_anew():
+            self._anew(*picked)
+
+    async def _may_begin_anew(self) -> bool:
+        decisions = len(self.state.decisions)
+        if not decisions:
+            return True
+        return await self.app.push_screen_wait(
+            ConfirmScreen(
+                f"Observe anew with these colours? The skills are then cut anew, and your {decisions} "
+                f"decision{'s' if decisions > 1 else ''} in Review dropped."
+            )
+        )
+
+    def _anew(self, left: str, right: str) -> None:
+        self._chosen = None
+        self.post_message(Wear(left, right))
+
+
+def _words(state: State) -> Content:
+    """What is being done, what was seen, or why it could not be."""
+    if state.unseen:
+        return Content.assemble(("✗ ", "bold $text-error"), state.unseen)
+    worn = state.settings.perception
+    fingers = f"Left finger {_worn(worn.left_finger)}, right finger {_worn(worn.right_finger)}."
+    if state.demonstration is None:
+        return Content(f"{_doing(state.sighting)}\n\n{fingers}\n")
+    demonstration = state.demonstration
+    lost = [name for name, frames in state.lost.items() if frames]
+    seen = f"{len(demonstration.t)} frames, {demonstration.duration:.1f} s."
+    if not lost:
+        return Content.assemble(
+            ("✓ ", "bold $text-success"), f"Tracked: {seen} Nothing was lost.\n\n{fingers}"
+        )
+    return Content.assemble(
+        ("▲ ", "bold $text-warning"), f"Tracked: {seen} Lost for a while: {', '.join(lost)}.\n\n{fingers}"
+    )
+
+
+def _doing(sighting: Sighting | None) -> str:
+    if sighting is None:
+        return "Finding the table, the hand and the objects in the first pictures."
+    return f"Tracking the hand and the objects: frame {len(sighting)} of {sighting.count}."
 
 
 def _worn(colour: str) -> str:

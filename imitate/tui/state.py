@@ -18,6 +18,7 @@ from imitate.settings import Settings
 from imitate.skill import Decision, Segment
 from imitate.tui.again import Checking, Library, Starts, Trying
 from imitate.tui.pace import Pace
+from imitate.tui.sighting import Sighting
 
 if TYPE_CHECKING:
     from imitate.formats.kind import Kind
@@ -38,6 +39,7 @@ class State:
         changes: from when to when, with 90 % probability, the motion changes at each boundary, seconds since
             the first frame; empty until it is known for these ``segments``.
         observed: share of a recording's frames that were tracked, 0 to 1.
+        sighting: those frames, once there are any.
         lost: hand or object → frames in which it was not seen.
         unseen: why a recording could not be observed; empty while it can.
         running: whether a child process is learning.
@@ -61,6 +63,7 @@ class State:
     decisions: tuple[Decision, ...] = ()
     changes: tuple[Interval, ...] = ()
     observed: float = 0.0
+    sighting: Sighting | None = None
     lost: dict[str, int] = field(default_factory=dict)
     unseen: str = ""
     running: bool = False
@@ -93,7 +96,7 @@ class State:
             case "load":
                 return True
             case "observe":
-                return self.kind == "recording" and self.demonstration is None
+                return self.kind == "recording" and (self.demonstration is None or self.sighting is not None)
             case "review":
                 return self.demonstration is not None
             case "learn":
@@ -124,10 +127,18 @@ class State:
         self.__dict__.update(fresh.__dict__)
 
     def wear(self, left: str, right: str) -> None:
-        """The colours of the fingers were picked; a recording is to be observed with them."""
+        """The fingers' colours were picked: the recording is to be observed with them; all begins anew."""
         worn = self.settings.perception.model_copy(update={"left_finger": left, "right_finger": right})
         self.settings = self.settings.model_copy(update={"perception": worn})
-        self.observed, self.unseen = 0.0, ""
+        if self.source is not None:
+            self.open(self.source, self.kind)
+
+    def sight(self, later: Sighting) -> None:
+        """Frames were tracked; those of an observation that was left are of nobody's interest."""
+        before = self.sighting
+        if later.begin == (len(before) if before else 0):
+            self.sighting = before.then(later) if before else later
+            self.observed = self.sighting.share
 
     def show(self, demonstration: Demonstration, segments: tuple[Segment, ...]) -> None:
         """A demonstration was read or observed, and cut."""

@@ -55,21 +55,28 @@ class Resumed:
 
 
 def observe(task: Task, emit: Emit, should_stop: Stop) -> None:
-    """Emits shares of the recording that were tracked, then what was seen."""
+    """Emits a `Sighting` of the frames that were tracked since the last one, now and then; then `Seen`."""
     from imitate.demonstration import in_table_frame
+    from imitate.perception.observe import Moment
     from imitate.perception.observe import observe as observe_recording
+    from imitate.tui.watcher import Watcher
 
-    def progress(done: int, of: int) -> None:
+    watcher = Watcher(task.settings.perception, emit)
+
+    def watch(moment: Moment) -> None:
         if should_stop():
             raise SystemExit(0)
-        emit(done / of)
+        watcher(moment)
 
-    found = observe_recording(task.source, task.settings, task.seed, progress)
+    try:
+        found = observe_recording(task.source, task.settings, task.seed, watch=watch)
+    finally:
+        watcher.end()
     emit(Seen(in_table_frame(found.demonstration), found.lost_frames))
 
 
 def learn(task: Task, emit: Emit, should_stop: Stop) -> None:
-    """Emits, of a recording, shares as above, then the session's events."""
+    """Emits, of a recording, shares that were tracked, then the session's events."""
     from imitate.session.session import Request, run
 
     def watching(done: int, of: int) -> None:

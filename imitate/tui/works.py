@@ -14,6 +14,7 @@ from imitate.events import Event
 from imitate.tui import intents
 from imitate.tui.again import Check, Checking, Depth, Library, Runs, Trying
 from imitate.tui.engine import Engine
+from imitate.tui.sighting import Sighting
 from imitate.tui.state import State
 from imitate.tui.teaching import Resumed, Task
 from imitate.tui.words import in_words
@@ -69,8 +70,8 @@ class Works:
             for seen in self._engine.observe(task, stop):
                 if stop():
                     continue
-                if isinstance(seen, float):
-                    self._post(intents.Tracked(seen))
+                if isinstance(seen, Sighting):
+                    self._post(intents.Sighted(seen))
                     continue
                 segments = self._engine.cut(seen.demonstration, task.settings)
                 self._post(intents.Opened(task.source, "recording", seen.demonstration, segments, seen.lost))

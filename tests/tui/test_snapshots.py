@@ -109,7 +109,7 @@ def test_load_says_what_is_wrong_with_a_file(look: Look) -> None:
 
 @both
 def test_observe(look: Look, size: tuple[int, int]) -> None:
-    ready = when(lambda app: app.state.observed == 0.4)
+    ready = when(lambda app: app.state.observed > 0.4)
     assert look(size, ready, script=Script(hold=True), source="fixtures/stack.mcap")
 
 

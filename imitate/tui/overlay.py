@@ -1,0 +1,77 @@
+"""A picture in half blocks, and over it, in lines of braille dots, what was found in it."""
+
+from __future__ import annotations
+
+import numpy as np
+from rich.color import Color
+from rich.segment import Segment
+from rich.style import Style
+
+from imitate.geometry import Array
+from imitate.tui.dots import Dots
+from imitate.tui.picture import Blocks
+from imitate.tui.sighting import Ink, Sighting
+
+LOST: Ink = (255, 80, 80)
+PAPER = "#000000"
+"""behind names and signs: they are read over any picture."""
+DIM = 0.5
+"""of the picture's brightness where a line is drawn over it."""
+BEHIND = 1.5
+"""s of its way that a body draws behind it."""
+
+
+class Overlay(Blocks):
+    """One frame: each body's outline, its name, and the way that it came."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._shown: tuple[Sighting, int] | None = None
+        self._dots = Dots(1, 1)
+
+    def frame(self, sighting: Sighting, number: int) -> None:
+        """Show a frame that has a picture; of one whose picture is shown already, what was found."""
+        before, self._shown = self._shown, (sighting, number)
+        if before is None or before[1] != number or before[0].cast is not sighting.cast:
+            self.show(sighting.picture(number))
+
+    def scale(self) -> None:
+        """Scale and draw anew."""
+        super().scale()
+        if self._shown and self.size.area:
+            self._draw(*self._shown)
+
+    def blocks(self, y: int) -> list[Segment]:
+        """A cell each, with what is drawn over it."""
+        segments = super().blocks(y) if self._shown else []
+        for column in range(len(segments)):
+            if drawn := self._dots.cell(y, column):
+                sign, style = drawn
+                behind = self._scaled[2 * y : 2 * y + 2, column].mean(axis=0) * DIM
+                paper = Style(bgcolor=Color.from_rgb(*behind.astype(int).tolist()))
+                segments[column] = Segment(sign, paper + style)
+        return segments
+
+    def _draw(self, sighting: Sighting, frame: int) -> None:
+        rows, columns = self._scaled.shape[0] // 2, self._scaled.shape[1]
+        self._dots, room, lost = Dots(columns, rows), np.array([columns, rows]), 0
+        for body, name in enumerate(sighting.cast.names):
+            ink = sighting.cast.inks[body]
+            rings = [room * ring for ring in sighting.outlines(frame, body)]
+            if not rings:
+                self._words(f"✗ {name} lost", 0, lost, LOST)
+                lost += 1
+                continue
+            for line in [*(room * way for way in sighting.way(frame, body, BEHIND)), *rings]:
+                self._dots.line(line, Style(color=Color.from_rgb(*ink)))
+            self._label(name, np.concatenate(rings), ink, above=body == 0)
+
+    def _label(self, name: str, ring: Array, ink: Ink, above: bool) -> None:
+        # The hand comes from above: its name stands over it, the objects' below them.
+        row = int(np.floor(ring[:, 1].min())) - 1 if above else int(np.ceil(ring[:, 1].max()))
+        column = round(float(ring[:, 0].mean()) - len(name) / 2)
+        columns, rows = self._scaled.shape[1], self._scaled.shape[0] // 2
+        self._words(name, min(max(column, 0), max(columns - len(name), 0)), min(max(row, 0), rows - 1), ink)
+
+    def _words(self, text: str, column: int, row: int, ink: Ink) -> None:
+        self._dots.words(text, column, row, Style(color=Color.from_rgb(*ink), bgcolor=PAPER, bold=True))
