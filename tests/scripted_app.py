@@ -46,7 +46,7 @@ class Script:
         hold: whether learning waits at the story's end until it is stopped, as a long session does; observing
             waits likewise, unless it is ``watched``.
         ending: raised at the end of the story.
-        unseen: raised when a recording is first observed.
+        unseen: raised when a recording is first observed; where it is ``late``, after all frames.
         stopped: whether learning ended because it was asked to.
         tasks: what learning was asked for.
         watches: what observing was asked for.
@@ -61,6 +61,7 @@ class Script:
     stopped: bool = False
     ending: Exception | None = None
     unseen: Exception | None = None
+    late: bool = False
     rest: Iterable[Event] = ()
     report: ReplayReport = SAME
     tasks: list[Task] = field(default_factory=list)
@@ -116,6 +117,8 @@ class Script:
     def observe(self, task: Task, should_stop: Callable[[], bool]) -> Iterator[Sighting | Seen]:
         self.watches.append(task)
         if self.unseen and len(self.watches) == 1:
+            if self.late:
+                yield scripted.sighting(lost=(0, 361))
             raise self.unseen
         yield scripted.sighting(TRACKED, lost=LOST)
         waiting = threading.Event()

@@ -111,6 +111,7 @@ class ImitateApp(App[None]):
     def _go(self, message: intents.Go) -> None:
         if message.step == "load":
             self.works.leave()
+            self.state.leave()
         self.show(message.step)
 
     @on(intents.Open)
@@ -144,7 +145,7 @@ class ImitateApp(App[None]):
 
     @on(intents.Wear)
     def _wear(self, message: intents.Wear) -> None:
-        if self.state.source is not None:
+        if self.state.source is not None and not self.state.running:
             self.state.wear(message.left, message.right)
             self._changed = True
             self.works.observe(self.state.source)

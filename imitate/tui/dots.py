@@ -53,6 +53,10 @@ class Dots:
             if 0 <= column + k < columns and 0 <= row < rows:
                 self._words[row, column + k] = letter, style
 
+    def has_words(self, row: int, column: int, width: int) -> bool:
+        """Whether something was written in any of these cells."""
+        return any((row, column + k) in self._words for k in range(width))
+
     def cell(self, row: int, column: int) -> tuple[str, Style] | None:
         """Sign and style; None where nothing was drawn."""
         if (row, column) in self._words:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from pathlib import Path
 
 from textual import work
 from textual.binding import Binding
@@ -17,7 +18,7 @@ from imitate.tui.fingers import FingersScreen
 from imitate.tui.intents import Wear
 from imitate.tui.notes import ConfirmScreen
 from imitate.tui.overlay import Overlay
-from imitate.tui.sighting import Sighting
+from imitate.tui.sighting import Image, Sighting
 from imitate.tui.state import State
 from imitate.tui.step import StepScreen
 from imitate.tui.track_rows import track_rows
@@ -52,6 +53,7 @@ class ObserveScreen(StepScreen):
         super().__init__(state)
         self._engine = engine
         self._chosen: int | None = None  # the frame that is looked at; None for the newest
+        self._asked: Path | None = None  # the recording whose first picture was asked for
 
     @property
     def frame(self) -> int:
@@ -84,16 +86,35 @@ class ObserveScreen(StepScreen):
         bar = self.query_one(ProgressBar)
         bar.display = not state.unseen and state.demonstration is None
         bar.update(progress=100 * state.observed)
-        self.query_one(Overlay).display = self.query_one("#bodies").display = sighting is not None
+        self.query_one("#bodies").display = sighting is not None
         if sighting is not None:
             self._draw_frame(sighting)
+        elif state.source and state.source != self._asked:
+            self._asked, self.query_one(Overlay).display = state.source, False
+            self._read_first(state.source)
 
     def on_resize(self) -> None:
         """The rows are as long as the screen is wide."""
         self.redraw()
 
+    @work(thread=True, exclusive=True, group="first", exit_on_error=False)
+    def _read_first(self, source: Path) -> None:
+        try:
+            image = self._engine.first_picture(source)
+        except ImitateError:
+            return  # observing says it
+        self.app.call_from_thread(self._show_first, source, image)
+
+    def _show_first(self, source: Path, image: Image) -> None:
+        overlay = self.query_one(Overlay)
+        if self.state.sighting is None and source == self.state.source:
+            overlay.display = True
+            overlay.bare(image)
+
     def _draw_frame(self, sighting: Sighting) -> None:
-        self.query_one(Overlay).frame(sighting, self.frame)
+        overlay = self.query_one(Overlay)
+        overlay.display = True
+        overlay.frame(sighting, self.frame)
         shown = self.state.demonstration
         kept = ("hand", *shown.object_names) if shown else sighting.cast.names
         rows = track_rows(
@@ -151,15 +172,13 @@ class ObserveScreen(StepScreen):
             self._anew(*picked)
 
     async def _may_begin_anew(self) -> bool:
-        decisions = len(self.state.decisions)
-        if not decisions:
+        if not (self.state.decisions or self.state.progress.skills):
             return True
-        return await self.app.push_screen_wait(
-            ConfirmScreen(
-                f"Observe anew with these colours? The skills are then cut anew, and your {decisions} "
-                f"decision{'s' if decisions > 1 else ''} in Review dropped."
-            )
+        question = (
+            "Observe anew with these colours? The skills are then cut anew, without your decisions in "
+            "Review. A session that was learned stays in its file."
         )
+        return await self.app.push_screen_wait(ConfirmScreen(question))
 
     def _anew(self, left: str, right: str) -> None:
         self._chosen = None

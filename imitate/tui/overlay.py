@@ -9,7 +9,7 @@ from rich.style import Style
 
 from imitate.geometry import Array
 from imitate.tui.dots import Dots
-from imitate.tui.picture import Blocks
+from imitate.tui.picture import Blocks, Image
 from imitate.tui.sighting import Ink, Sighting
 
 LOST: Ink = (255, 80, 80)
@@ -29,6 +29,11 @@ class Overlay(Blocks):
         self._shown: tuple[Sighting, int] | None = None
         self._dots = Dots(1, 1)
 
+    def bare(self, image: Image) -> None:
+        """Show a picture in which nothing was found yet."""
+        self._shown = None
+        self.show(image)
+
     def frame(self, sighting: Sighting, number: int) -> None:
         """Show a frame that has a picture; of one whose picture is shown already, what was found."""
         before, self._shown = self._shown, (sighting, number)
@@ -43,8 +48,8 @@ class Overlay(Blocks):
 
     def blocks(self, y: int) -> list[Segment]:
         """A cell each, with what is drawn over it."""
-        segments = super().blocks(y) if self._shown else []
-        for column in range(len(segments)):
+        segments = super().blocks(y)
+        for column in range(len(segments) if self._shown else 0):
             if drawn := self._dots.cell(y, column):
                 sign, style = drawn
                 behind = self._scaled[2 * y : 2 * y + 2, column].mean(axis=0) * DIM
@@ -68,10 +73,13 @@ class Overlay(Blocks):
 
     def _label(self, name: str, ring: Array, ink: Ink, above: bool) -> None:
         # The hand comes from above: its name stands over it, the objects' below them.
+        rows, columns = self._scaled.shape[0] // 2, self._scaled.shape[1]
         row = int(np.floor(ring[:, 1].min())) - 1 if above else int(np.ceil(ring[:, 1].max()))
         column = round(float(ring[:, 0].mean()) - len(name) / 2)
-        columns, rows = self._scaled.shape[1], self._scaled.shape[0] // 2
-        self._words(name, min(max(column, 0), max(columns - len(name), 0)), min(max(row, 0), rows - 1), ink)
+        column = min(max(column, 0), max(columns - len(name), 0))
+        free = [k for k in range(rows) if not self._dots.has_words(k, column, len(name))]
+        if free:
+            self._words(name, column, min(free, key=lambda k: abs(k - row)), ink)
 
     def _words(self, text: str, column: int, row: int, ink: Ink) -> None:
         self._dots.words(text, column, row, Style(color=Color.from_rgb(*ink), bgcolor=PAPER, bold=True))

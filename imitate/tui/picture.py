@@ -55,7 +55,7 @@ class Blocks(Widget):
 
     def render_line(self, y: int) -> Strip:
         """Row ``y`` of cells: the upper pixel is the block's colour, the lower one its background's."""
-        return Strip(self.blocks(y)).adjust_cell_length(self.size.width)
+        return Strip(self.blocks(y)).adjust_cell_length(self.size.width, self.rich_style)
 
     def blocks(self, y: int) -> list[Segment]:
         """A cell each; none below the picture."""

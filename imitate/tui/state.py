@@ -133,6 +133,11 @@ class State:
         if self.source is not None:
             self.open(self.source, self.kind)
 
+    def leave(self) -> None:
+        """What is being opened is not wanted any more."""
+        if self.kind == "recording" and self.demonstration is None and not self.unseen:
+            self.unseen = "Left before it was done. Observe it again (r): it begins from the first picture."
+
     def sight(self, later: Sighting) -> None:
         """Frames were tracked; those of an observation that was left are of nobody's interest."""
         before = self.sighting

@@ -6,6 +6,7 @@ import sys
 
 import numpy as np
 import pytest
+from recorded import same
 from scipy.spatial.transform import Rotation
 
 from imitate.cli import main
@@ -66,6 +67,19 @@ def test_the_hands_opening_is_measured(filmed, observed):
 
 def test_nothing_in_view_is_lost(observed):
     assert observed.lost == {}
+
+
+def test_being_watched_changes_nothing(filmed, observed):
+    moments = []
+    watched = observe(filmed.path, seed=3, watch=moments.append)
+    assert same(watched, observed)
+    poses = np.array([[sight.pose for sight in moment.sights] for moment in moments])
+    d = watched.demonstration
+    np.testing.assert_array_equal(poses[:, 0, :3], d.hand[:, :3])  # the signs of turns are aligned later
+    np.testing.assert_array_equal(poses[:, 1:, :3], d.objects[..., :3])
+    np.testing.assert_array_equal([[s.confidence for s in m.sights] for m in moments], observed.confidence)
+    np.testing.assert_array_equal([m.opening for m in moments], observed.demonstration.opening)
+    assert [m.count for m in moments] == [len(moments)] * len(moments)
 
 
 def test_the_papers_origin_is_undone(filmed, observed, tmp_path):

@@ -23,6 +23,7 @@ from imitate.tui.films import FilmTable
 from imitate.tui.fingers import FingersScreen
 from imitate.tui.form import FormScreen
 from imitate.tui.intents import Pause
+from imitate.tui.overlay import Overlay
 from imitate.tui.player import Player
 
 SESSION = "sessions/stack-001.mcap"
@@ -113,10 +114,35 @@ def test_observe(look: Look, size: tuple[int, int]) -> None:
     assert look(size, ready, script=Script(hold=True), source="fixtures/stack.mcap")
 
 
-def test_observe_says_why_it_failed(look: Look) -> None:
-    error = ImitateError("stack.mcap: no hand. Wear a red finger on the left and a yellow one on the right.")
-    failed = when(lambda app: bool(app.state.unseen) and at(app, "observe")())
-    assert look(SMALL, failed, source="fixtures/stack.mcap", script=Script(unseen=error))
+NO_HAND = ImitateError("stack.mcap: no hand. Wear a red finger on the left and a yellow one on the right.")
+
+
+@both
+@pytest.mark.parametrize("late", [False, True], ids=["at once", "at its end"])
+def test_observe_says_why_it_failed(look: Look, size: tuple[int, int], late: bool) -> None:
+    def failed(app: ImitateApp) -> bool:
+        return bool(app.state.unseen) and at(app, "observe")() and app.screen.query_one(Overlay).display
+
+    script = Script(unseen=NO_HAND, late=late)
+    assert look(size, when(failed), source="fixtures/stack.mcap", script=script)
+
+
+@both
+@pytest.mark.parametrize("keys", ["", "H H H H H H H H H H H H L L"], ids=["last frame", "lost"])
+def test_observe_afterwards(look: Look, size: tuple[int, int], keys: str) -> None:
+    back = when(lambda app: app.state.done("observe") and at(app, "observe")())
+
+    async def scrub(pilot: Pilot[None]) -> None:
+        await until(pilot, at(pilot.app, "observe"))  # type: ignore[arg-type]
+        await pilot.press(*keys.split())
+
+    assert look(size, shown("review"), "escape", back, between=scrub, source="fixtures/stack.mcap")
+
+
+def test_observe_without_colour(look: Look, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NO_COLOR", "1")
+    ready = when(lambda app: app.state.observed > 0.4)
+    assert look(SMALL, ready, script=Script(hold=True), source="fixtures/stack.mcap")
 
 
 @both

@@ -44,6 +44,20 @@ def test_a_recording_is_observed_once() -> None:
     assert not state.reachable("observe")
 
 
+def test_what_was_tracked_can_be_looked_at_again() -> None:
+    state = State()
+    state.open(Path("stack.mcap"), "recording")
+    state.sight(scripted.sighting(100))
+    state.sight(scripted.sighting(begin=100))
+    assert state.observed == 1
+    state.show(scripted.demonstration(), scripted.segments())
+    assert state.reachable("observe")
+    state.wear("blue", "green")
+    assert state.sighting is None and state.demonstration is None and not state.reachable("review")
+    state.sight(scripted.sighting(begin=100))  # what an observation that was left still says
+    assert state.sighting is None and state.observed == 0
+
+
 def test_segments_are_fixed_while_they_are_learned_and_free_afterwards() -> None:
     state = learned(10)
     assert not state.editable
