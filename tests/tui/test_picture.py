@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import importlib.util
 import shutil
+import time
 from collections.abc import Awaitable, Callable, Iterator
 from dataclasses import replace
 from functools import cache
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +19,7 @@ from textual.pilot import Pilot
 from imitate import events
 from imitate.events import Reproduced
 from imitate.formats.session_log import read_session
+from imitate.settings import Perception
 from imitate.tui.again import Runs, Starts
 from imitate.tui.app import ImitateApp
 from imitate.tui.engine import Engine
@@ -24,6 +28,8 @@ from imitate.tui.films import FilmTable
 from imitate.tui.photo import photo_of_terminal
 from imitate.tui.player import PlayerScreen
 from imitate.tui.repeat import read_films, run_starts
+from imitate.tui.sighting import Sighting
+from imitate.tui.teaching import Task
 
 REPOSITORY = Path(__file__).parents[2]
 FILES = ("fixtures/stack.mcap", "fixtures/human_stack.npz", "sessions/stack.mcap")
@@ -60,9 +66,31 @@ def run_here(runs: Runs, _stop: Callable[[], bool]) -> Iterator[Film | Reproduce
     yield from found
 
 
-def application(folder: Path, source: str | None) -> ImitateApp:
-    """The real application; trials are read and run in this process."""
-    engine = replace(Engine(), films=lambda *_: iter(recorded_films()), reproduce=run_here)
+class Enough(Exception):
+    """As many frames as were wanted are tracked."""
+
+
+def tracked(path: Path, frames: int) -> list[Sighting]:
+    """The first frames of a recording, tracked in this process."""
+    from imitate.perception.observe import Moment, observe
+    from imitate.tui.watcher import Watcher
+
+    found: list[Sighting] = []
+    watcher = Watcher(Perception(), found.append, count().__next__)
+
+    def watch(moment: Moment) -> None:
+        watcher(moment)
+        if len(found) == frames:
+            raise Enough
+
+    with pytest.raises(Enough):
+        observe(path, watch=watch)
+    return found
+
+
+def application(folder: Path, source: str | None, **others: Any) -> ImitateApp:
+    """The real application; trials are read and run in this process, as ``others`` of its works may be."""
+    engine = replace(Engine(), films=lambda *_: iter(recorded_films()), reproduce=run_here, **others)
     path = folder / source if source else None
     app = ImitateApp(path, engine=engine, root=folder, photo=photo_of_terminal())
     app.animation_level = "none"
@@ -109,11 +137,18 @@ def test_load(snap_compare: Compare, folder: Path) -> None:
     assert pictured(snap_compare, app, run)
 
 
+@pytest.mark.slow
+@pytest.mark.skipif(importlib.util.find_spec("open3d") is None, reason="open3d is not installed")
 def test_observing(snap_compare: Compare, folder: Path) -> None:
-    app = scripted_app(folder, Script(hold=True), "fixtures/stack.mcap")
+    def watch(task: Task, should_stop: Callable[[], bool]) -> Iterator[Sighting]:
+        yield from tracked(task.source, 110)
+        while not should_stop():
+            time.sleep(0.01)
+
+    app = application(folder, "fixtures/stack.mcap", observe=watch)
 
     async def run(pilot: Pilot[Any]) -> None:
-        await until(pilot, lambda: app.state.observed > 0.4)
+        await until(pilot, lambda: app.state.sighting is not None and len(app.state.sighting) == 110, 120)
 
     assert pictured(snap_compare, app, run)
 
