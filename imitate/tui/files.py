@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from imitate.demonstration import Demonstration
+from imitate.errors import FileError
 from imitate.tui.words import demonstration_facts, demonstration_faults, session_facts
 
 if TYPE_CHECKING:
@@ -86,7 +87,14 @@ def read(path: Path) -> Demonstration:
 
 
 def first_picture(path: Path) -> Image:
-    """The first picture (H, W, 3) of a recording, red green blue."""
+    """The first picture (H, W, 3) of a recording, red green blue.
+
+    Raises:
+        FileError: it has none, or cannot be read.
+    """
     from imitate.formats.recordings import open_recording
 
-    return next(open_recording(path).frames()).colour
+    first = next(open_recording(path).frames(), None)
+    if first is None:
+        raise FileError(path, "has no picture with a depth of its time", f"What it has: imitate info {path}")
+    return first.colour

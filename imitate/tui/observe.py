@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from textual import work
+from textual import on, work
 from textual.binding import Binding
 from textual.containers import Horizontal, VerticalScroll
 from textual.content import Content
 from textual.widget import Widget
 from textual.widgets import ProgressBar, Static
 
+from imitate.demonstration import HAND
 from imitate.errors import ImitateError
 from imitate.tui.engine import Engine
 from imitate.tui.fingers import FingersScreen
@@ -21,7 +22,7 @@ from imitate.tui.overlay import Overlay
 from imitate.tui.sighting import Image, Sighting
 from imitate.tui.state import State
 from imitate.tui.step import StepScreen
-from imitate.tui.track_rows import track_rows
+from imitate.tui.track_rows import TrackRows
 
 
 class ObserveScreen(StepScreen):
@@ -76,7 +77,7 @@ class ObserveScreen(StepScreen):
             ),
             id="observing",
         )
-        yield VerticalScroll(Static(id="tracks"), id="bodies")
+        yield VerticalScroll(TrackRows(), id="bodies")
 
     def draw(self) -> None:
         """As far as it is, or why it goes no further."""
@@ -89,13 +90,16 @@ class ObserveScreen(StepScreen):
         self.query_one("#bodies").display = sighting is not None
         if sighting is not None:
             self._draw_frame(sighting)
-        elif state.source and state.source != self._asked:
-            self._asked, self.query_one(Overlay).display = state.source, False
-            self._read_first(state.source)
+        elif state.source:
+            self._wait(state.source)
 
-    def on_resize(self) -> None:
-        """The rows are as long as the screen is wide."""
-        self.redraw()
+    def _wait(self, source: Path) -> None:
+        """Nothing is tracked yet: the first picture, without what an observation before this one found."""
+        overlay, self._chosen = self.query_one(Overlay), None
+        overlay.bare(overlay.image)
+        if source != self._asked:
+            self._asked, overlay.display = source, False
+            self._read_first(source)
 
     @work(thread=True, exclusive=True, group="first", exit_on_error=False)
     def _read_first(self, source: Path) -> None:
@@ -116,11 +120,9 @@ class ObserveScreen(StepScreen):
         overlay.display = True
         overlay.frame(sighting, self.frame)
         shown = self.state.demonstration
-        kept = ("hand", *shown.object_names) if shown else sighting.cast.names
-        rows = track_rows(
-            sighting, self.frame, self.size.width - 2, frozenset(sighting.cast.names) - set(kept)
-        )
-        self.query_one("#tracks", Static).update(rows)
+        kept = (HAND, *shown.object_names) if shown else sighting.cast.names
+        left_out = frozenset(sighting.cast.names) - set(kept)
+        self.query_one(TrackRows).show(sighting, self.frame, left_out)
 
     def action_seek(self, by: int) -> None:
         """To the next frame that has a picture, or the one before."""
@@ -137,6 +139,11 @@ class ObserveScreen(StepScreen):
         sighting = self.state.sighting
         if sighting is not None:
             self._look(sighting, sighting.at(float(sighting.t[self.frame]) + by))
+
+    @on(TrackRows.Sought)
+    def _sought(self, message: TrackRows.Sought) -> None:
+        if self.state.sighting is not None:
+            self._look(self.state.sighting, message.frame)
 
     def _look(self, sighting: Sighting, frame: int) -> None:
         self._chosen = max(frame, 0) if frame < len(sighting) - 1 else None

@@ -33,6 +33,7 @@ class Overlay(Blocks):
         """Show a picture in which nothing was found yet."""
         self._shown = None
         self.show(image)
+        self.refresh()
 
     def frame(self, sighting: Sighting, number: int) -> None:
         """Show a frame that has a picture; of one whose picture is shown already, what was found."""
@@ -67,7 +68,8 @@ class Overlay(Blocks):
                 self._words(f"✗ {name} lost", 0, lost, LOST)
                 lost += 1
                 continue
-            for line in [*(room * way for way in sighting.way(frame, body, BEHIND)), *rings]:
+            ways = [room * way for way in sighting.way(frame, body, BEHIND)]
+            for line in [*(way for way in ways if np.ptp(way, axis=0).max() > 1), *rings]:
                 self._dots.line(line, Style(color=Color.from_rgb(*ink)))
             self._label(name, np.concatenate(rings), ink, above=body == 0)
 

@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
+import numpy as np
 from textual.content import Content
+from textual.events import Click
+from textual.message import Message
+from textual.widgets import Static
 
 from imitate.tui.overlay import PAPER
 from imitate.tui.sighting import Sighting
@@ -14,8 +20,46 @@ LOST, COMING = "✗", "·"
 BAR = 8
 NOW = BAR + 8
 """cells of a bar, and of it with its number."""
-NAME = 12
-"""letters of a name, at most."""
+NAME, TOTAL = 12, 10
+"""letters of a name, at most, and cells of the seconds lost."""
+
+
+class TrackRows(Static):
+    """The rows; a click on the strip asks for the frame there."""
+
+    @dataclass
+    class Sought(Message):
+        """This frame is to be looked at."""
+
+        frame: int
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._shown: tuple[Sighting, int, frozenset[str]] | None = None
+
+    def show(self, sighting: Sighting, frame: int, left_out: frozenset[str] = frozenset()) -> None:
+        """Show the rows at a frame, see `track_rows`."""
+        self._shown = sighting, frame, left_out
+        self._draw()
+
+    def on_resize(self) -> None:
+        """The strips are as long as there is room."""
+        self._draw()
+
+    def on_click(self, event: Click) -> None:
+        """The frame that the column under the mouse begins with."""
+        if self._shown is None:
+            return
+        sighting = self._shown[0]
+        before, strip = _columns(sighting, self.size.width)
+        frame = -(-(event.x - before) * sighting.count // strip)
+        if 0 <= frame < len(sighting):
+            self.post_message(self.Sought(frame))
+
+    def _draw(self) -> None:
+        if self._shown and self.size.width:
+            sighting, frame, left_out = self._shown
+            self.update(track_rows(sighting, frame, self.size.width, left_out))
 
 
 def track_rows(sighting: Sighting, frame: int, width: int, left_out: frozenset[str] = frozenset()) -> Content:
@@ -25,28 +69,21 @@ def track_rows(sighting: Sighting, frame: int, width: int, left_out: frozenset[s
         width: cells.
         left_out: bodies that could not be followed, and are in no demonstration.
     """
-    names = [name[:NAME] for name in sighting.cast.names]
-    longest = max(map(len, names))
-    before = 3 + longest + 1 + NOW
-    strip = max(width - before - 10, 4)
-    head = f"{'':{3 + longest}} {'confidence':<{NOW}}{'seen':<{strip}}{'lost':>10}"
+    before, strip = _columns(sighting, width)
+    head = f"{'confidence':>{before - NOW + 10}}{'':{NOW - 10}}{'seen':<{strip}}{'lost':>{TOTAL}}"
     lines = [Content.styled(head[:width], "$text-muted")]
-    for body, name in enumerate(names):
+    seconds, ever = sighting.lost_seconds, np.any(sighting.lost, axis=0)
+    for body, name in enumerate(sighting.cast.names):
         red, green, blue = sighting.cast.inks[body]
-        swatch = Content.styled(" ■ ", f"rgb({red},{green},{blue}) on {PAPER}")
-        lost = f"{sighting.lost_seconds[body]:.2f} s"
-        total = "left out" if sighting.cast.names[body] in left_out else lost
-        lines.append(
-            Content("").join(
-                [
-                    swatch,
-                    Content(f"{name:<{longest}} "),
-                    _now(sighting, frame, body),
-                    _strip(sighting, body, strip),
-                    Content.styled(f"{total:>10}", "$text-error" if sighting.lost[:, body].any() else ""),
-                ]
-            )
-        )
+        total = "left out" if name in left_out else f"{seconds[body]:.2f} s"
+        parts = [
+            Content.styled(" ■ ", f"rgb({red},{green},{blue}) on {PAPER}"),
+            Content(f"{name[:NAME]:<{before - NOW - 4}} "),
+            _now(sighting, frame, body),
+            _strip(sighting, body, strip),
+            Content.styled(f"{total:>{TOTAL}}", "$text-error" if ever[body] else ""),
+        ]
+        lines.append(Content("").join(parts))
     return Content("\n").join([*lines, _mark(sighting, frame, before, strip)])
 
 
@@ -67,6 +104,12 @@ def signs(sighting: Sighting, body: int, width: int) -> str:
         else:
             found.append(HEIGHTS[min(int(confidence[frames].min() * len(HEIGHTS)), len(HEIGHTS) - 1)])
     return "".join(found)
+
+
+def _columns(sighting: Sighting, width: int) -> tuple[int, int]:
+    """Cells before the strip, and those of it."""
+    before = 3 + max(len(name[:NAME]) for name in sighting.cast.names) + 1 + NOW
+    return before, max(width - before - TOTAL, 4)
 
 
 def _now(sighting: Sighting, frame: int, body: int) -> Content:

@@ -15,6 +15,8 @@ from seeing import film_to
 
 from imitate.formats.recordings import open_recording
 from imitate.perception.observe import observe
+from imitate.settings import Perception
+from imitate.tui.watcher import Watcher
 
 pytestmark = pytest.mark.bench
 PARTS = {
@@ -75,3 +77,28 @@ def test_frames_a_second(tmp_path, capsys):
             )
             print(f"    {part:18} {1000 * seconds / kept.count:5.1f} ms")
     assert 1 / whole[1] >= 30  # by the processor: what else runs on the machine does not count
+
+
+def test_being_watched_costs_little(tmp_path, capsys):
+    """What the guided session keeps of each frame, in the tracker's own thread, as a share of tracking it."""
+    folder = Path(os.environ.get("IMITATE_FILMS", tmp_path))
+    kept = Kept(open_recording(film_to(folder, "stack", 1)))
+    tellings, spent = [], []
+    watcher = Watcher(Perception(), tellings.append)
+
+    def watch(moment):
+        began = time.thread_time()
+        watcher(moment)
+        spent.append(time.thread_time() - began)
+
+    began = time.thread_time()
+    observe(kept, watch=watch)
+    whole = time.thread_time() - began
+    pictures = [len(picture) for telling in tellings for picture in telling.pictures]
+    share = sum(spent) / (whole - sum(spent))
+    with capsys.disabled():
+        print(
+            f"\nwatched: {1000 * sum(spent) / kept.count:.2f} ms a frame, {100 * share:.1f} % of tracking; "
+            f"{len(tellings)} tellings, {sum(pictures) / len(pictures) / 1000:.1f} kB a picture"
+        )
+    assert share < 0.05

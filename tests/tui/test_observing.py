@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import scripted
@@ -13,8 +14,10 @@ from textual.pilot import Pilot
 from textual.widgets import Static
 
 from imitate import events
-from imitate.errors import ImitateError
+from imitate.errors import FileError, ImitateError
+from imitate.formats import recordings
 from imitate.tui.app import ImitateApp
+from imitate.tui.files import first_picture
 from imitate.tui.fingers import FingersScreen
 from imitate.tui.intents import Wear
 from imitate.tui.notes import ConfirmScreen
@@ -23,13 +26,18 @@ from imitate.tui.overlay import Overlay
 from imitate.tui.picture import Picture
 from imitate.tui.sighting import Sighting
 from imitate.tui.teaching import Seen, Task
+from imitate.tui.track_rows import TrackRows
 
 RECORDING = "fixtures/stack.mcap"
 FAILURE = ImitateError("film.mcap: no hand. Wear a red finger on the left.")
 
 
-def said(app: ImitateApp, name: str = "#doing") -> str:
-    return str(app.screen.query_one(name, Static).render())
+def said(app: ImitateApp) -> str:
+    return str(app.screen.query_one("#doing", Static).render())
+
+
+def rows(app: ImitateApp) -> str:
+    return str(app.screen.query_one(TrackRows).render())
 
 
 def observing(app: ImitateApp) -> ObserveScreen:
@@ -86,9 +94,25 @@ async def test_going_back_shows_what_was_seen(tmp_path: Path) -> None:
         assert screen.frame == 0
         await pilot.press("L", "L", *["l"] * 5)
         assert screen.frame == 65
-        await until(pilot, lambda: "✗ lost" in said(app, "#tracks"))
+        await until(pilot, lambda: "✗ lost" in rows(app))
         await pilot.press("n")
         await until(pilot, at(app, "review"))
+
+
+@pytest.mark.parametrize("column", [0, 20, 40])
+async def test_a_click_on_the_strip_looks_there(tmp_path: Path, column: int) -> None:
+    app = scripted_app(tmp_path, source=RECORDING)
+    async with app.run_test(size=(80, 24)) as pilot:
+        screen = await gone_back(pilot, app)
+        await until(pilot, lambda: "▲" in rows(app))
+        strip = rows(app).split("\n")[2]
+        first = strip.index("▆")
+        await pilot.click(TrackRows, offset=(first + column, 2))
+        await until(pilot, lambda: rows(app).split("\n")[-1].find("▲") == first + column)
+        assert screen.frame < 361
+        await pilot.click(TrackRows, offset=(1, 2))
+        await pilot.pause()
+        assert rows(app).split("\n")[-1].find("▲") == first + column
 
 
 async def test_other_colours_begin_anew(tmp_path: Path) -> None:
@@ -164,8 +188,8 @@ async def test_where_it_fails_at_the_end_it_can_be_seen_when_things_were_lost(tm
     app = scripted_app(tmp_path, Script(unseen=FAILURE, late=True), RECORDING)
     async with app.run_test(size=(80, 24)) as pilot:
         await until(pilot, lambda: at(app, "observe")() and "no hand" in said(app))
-        assert "✗ lost" in said(app, "#tracks") and "✗✗✗✗✗✗✗✗✗" in said(app, "#tracks")
-        assert "12.03 s" in said(app, "#tracks")
+        assert "✗ lost" in rows(app) and "✗✗✗✗✗✗✗✗✗" in rows(app)
+        assert "12.03 s" in rows(app)
 
 
 async def test_before_anything_is_found_the_first_picture_is_shown(tmp_path: Path) -> None:
@@ -175,3 +199,38 @@ async def test_before_anything_is_found_the_first_picture_is_shown(tmp_path: Pat
         overlay = observing(app).query_one(Overlay)
         await until(pilot, lambda: overlay.display and overlay.image.shape == (48, 64, 3))
         assert not observing(app).query_one("#bodies").display
+
+
+def test_a_recording_without_pictures_has_no_first_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    empty = SimpleNamespace(frames=lambda: iter(()))
+    monkeypatch.setattr(recordings, "open_recording", lambda _path: empty)
+    with pytest.raises(FileError, match=r"film\.mcap: has no picture .* imitate info"):
+        first_picture(tmp_path / "film.mcap")
+
+
+async def test_what_was_found_before_is_gone_while_it_is_observed_anew(tmp_path: Path) -> None:
+    class Again(Script):
+        def observe(self, task: Task, should_stop: Callable[[], bool]) -> Iterator[Sighting | Seen]:
+            if self.watches:
+                self.watches.append(task)
+                while not should_stop():
+                    threading.Event().wait(0.01)
+            else:
+                yield from super().observe(task, should_stop)
+
+    script = Again()
+    app = scripted_app(tmp_path, script, RECORDING)
+    async with app.run_test(size=(80, 24)) as pilot:
+        screen = await gone_back(pilot, app)
+        await pilot.press(*["H"] * 20)
+        app.post_message(Wear("blue", "green"))
+        await until(pilot, lambda: len(script.watches) == 2 and app.state.sighting is None)
+        await until(pilot, lambda: not screen.query_one("#bodies").display)
+        overlay = screen.query_one(Overlay)
+        assert overlay.display
+        drawn = "".join(segment.text for y in range(overlay.size.height) for segment in overlay.blocks(y))
+        assert set(drawn) == {"▀"}
+        assert "Finding the table" in said(app)
+        assert not app.state.reachable("review")
