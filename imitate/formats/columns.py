@@ -137,24 +137,29 @@ def _product(a: Any, b: Any) -> tuple[Any, Any, Any, Any]:
 
 def _turned(surprises: Words, turns: Array) -> Array:
     """One body's quaternions (N, 4), a step at a time."""
-    q = _doubles(surprises[0]).tolist()
+    q = tuple(_doubles(surprises[0]).tolist())
     rows = [q]
-    surprised = np.any(surprises != 0, axis=1).tolist()
-    for k, turn in enumerate(turns[1:].tolist(), start=1):
-        q = _product(turn, q)
-        if surprised[k]:
-            q = [_shifted(value, int(by)) for value, by in zip(q, surprises[k], strict=True)]
+    for turn, by in zip(turns[1:].tolist(), surprises[1:].view(np.int64).tolist(), strict=True):
+        q = _shifted(_product(turn, q), by)
         rows.append(q)
     return np.array(rows)
 
 
-def _shifted(value: float, by: int) -> float:
-    """The double that lies ``by`` places further in the order of the numbers, modulo 2⁶⁴."""
-    (bits,) = struct.unpack("<Q", struct.pack("<d", value))
-    word = (~bits if bits >> 63 else bits | 1 << 63) + by & 0xFFFF_FFFF_FFFF_FFFF
-    bits = word & 0x7FFF_FFFF_FFFF_FFFF if word >> 63 else ~word & 0xFFFF_FFFF_FFFF_FFFF
-    number: float = struct.unpack("<d", struct.pack("<Q", bits))[0]
-    return number
+_DOUBLES, _INTEGERS = struct.Struct("<4d"), struct.Struct("<4q")
+
+
+def _shifted(values: tuple[float, ...], by: list[int]) -> tuple[float, ...]:
+    """The doubles that lie ``by`` places further in the order of the numbers, modulo 2⁶⁴; four of each."""
+    a, b, c, d = _INTEGERS.unpack(_DOUBLES.pack(*values))
+    i, j, k, n = by
+    e = a + i if a >= 0 else a - i
+    f = b + j if b >= 0 else b - j
+    g = c + k if c >= 0 else c - k
+    h = d + n if d >= 0 else d - n
+    if ((a ^ e) | (b ^ f) | (c ^ g) | (d ^ h)) >> 63 == 0:  # every sum is a double of the same sign
+        return _DOUBLES.unpack(_INTEGERS.pack(e, f, g, h))
+    words = _words(np.array(values)) + np.array(by, np.int64).view(np.uint64)
+    return tuple(_doubles(words).tolist())
 
 
 def _flat(values: Array) -> Array:
