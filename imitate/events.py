@@ -1,9 +1,9 @@
 """What can happen in a session: frozen, picklable; says nothing of who listens.
 
 The order of a session: SessionStarted, Segmented, Decided*, then for each segment and each of its
-formulations FormulationStarted, (TrialFinished, PolicyUpdated)*, Converged?, TrialFinished (evaluations),
-Evaluated, and then either OptionLearned or Reformulated; at the end TrialFinished (reproduction), Reproduced,
-SessionFinished.
+formulations FormulationStarted, (TrialFinished, PolicyUpdated)*, Converged or Skipped or neither,
+TrialFinished (evaluations), Evaluated, and then either OptionLearned or Reformulated; at the end
+TrialFinished (reproduction), Reproduced, SessionFinished.
 """
 
 from __future__ import annotations
@@ -119,6 +119,15 @@ class Converged:
     formulation: int
     update: int
     reason: str
+
+
+@dataclass(frozen=True)
+class Skipped:
+    """The operator gives up a formulation after so many of its trials: it is not accepted, whatever its P."""
+
+    segment: int
+    formulation: int
+    trials: int
 
 
 @dataclass(frozen=True)
@@ -276,4 +285,5 @@ Event = (
     | OptionLearned
     | Reproduced
     | SessionFinished
+    | Skipped
 )

@@ -69,12 +69,18 @@ class Script:
     runs: list[Runs] = field(default_factory=list)
     checks: list[Check] = field(default_factory=list)
     viewed: list[Path] = field(default_factory=list)
+    to_skip: Callable[[], tuple[int, int] | None] = lambda: None
     watches: list[Task] = field(default_factory=list)
 
     def learn(
-        self, task: Task, should_stop: Callable[[], bool], should_wait: Callable[[], bool]
+        self,
+        task: Task,
+        should_stop: Callable[[], bool],
+        should_wait: Callable[[], bool],
+        to_skip: Callable[[], tuple[int, int] | None],
     ) -> Iterator[Event]:
         self.tasks.append(task)
+        self.to_skip = to_skip
         for event in self.story:
             while should_wait() and not should_stop():
                 threading.Event().wait(0.01)
@@ -87,11 +93,15 @@ class Script:
         self.stopped = should_stop()
 
     def resume(
-        self, task: Resumed, should_stop: Callable[[], bool], should_wait: Callable[[], bool]
+        self,
+        task: Resumed,
+        should_stop: Callable[[], bool],
+        should_wait: Callable[[], bool],
+        to_skip: Callable[[], tuple[int, int] | None],
     ) -> Iterator[Event]:
         self.resumed.append(task)
         self.story, self.hold = self.rest, False
-        return self.learn(Task(task.log, Settings(), 0, 0, (), task.log), should_stop, should_wait)
+        return self.learn(Task(task.log, Settings(), 0, 0, (), task.log), should_stop, should_wait, to_skip)
 
     def reproduce(self, runs: Runs, should_stop: Callable[[], bool]) -> Iterator[Film | Reproduced]:
         self.runs.append(runs)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from imitate.demonstration import HAND
-from imitate.events import Event, Evidence, Shortfall, TrialFinished
+from imitate.events import Event, Evidence, Shortfall, Skipped, TrialFinished
 from imitate.geometry import Array
 from imitate.learning.initiation import initiation_set, start_of
 from imitate.learning.option import Option
@@ -48,12 +48,14 @@ class Witness:
         costs: total costs of the exploring trials, in a list for each update that came before them.
         judged: those that count towards P.
         begun: (policy, (B, 7) start in the reference's frame, success) of every trial in which it began.
+        skipped: whether the operator gave it up.
     """
 
     problem: Problem
     costs: dict[int, list[float]] = field(default_factory=lambda: defaultdict(list))
     judged: list[_Judged] = field(default_factory=list)
     begun: list[tuple[Policy, Array, bool]] = field(default_factory=list)
+    skipped: bool = False
 
     def attend(self, course: Generator[Event, None, Learned]) -> Generator[Event, None, Learned]:
         """The course unchanged, its trials remembered."""
@@ -65,6 +67,7 @@ class Witness:
                 return learned
             if isinstance(event, TrialFinished):
                 self._remember(event)
+            self.skipped |= isinstance(event, Skipped)
             yield event
 
     def _remember(self, trial: TrialFinished) -> None:

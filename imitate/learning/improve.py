@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from imitate.events import Converged, Event, PolicyUpdated, TrialFinished
+from imitate.events import Converged, Event, PolicyUpdated, Skipped, TrialFinished
 from imitate.learning.aim import better_aimed, corrected, shifted
 from imitate.learning.exploration import adapted, first_spread, improved, sample
 from imitate.learning.option import Success
@@ -50,6 +50,7 @@ class Improvement:
         self.contested = Success(0, 0)  # the best that a trial's policy did in competing, and what was tried
         self.runner_up: Row | None = None
         self.best: Learned | None = None
+        self.skipped = False
 
     def run(self, shown: Start) -> Generator[Event, None, Learned]:
         """Learns; yields what happens and returns what came of it."""
@@ -69,6 +70,10 @@ class Improvement:
             learned = yield from self._compete()
             if learned is not None:
                 return learned
+            if self.runs.skip():
+                self.skipped = True
+                yield Skipped(*self.runs.id, self.runs.count)
+                break
             if batch[0] is self.mean:
                 means.append(first_cost)
             if self._converged(means):
@@ -184,12 +189,15 @@ class Improvement:
         # The best winner so far, judged once more, on starts by which it was not chosen; without one, who
         # came nearest, else the best trial (robust), or the mean policy (faithful).
         if self.best is not None:
-            self.best = yield from self.runs.judge(self.best.row, afresh=True)
+            if not self.skipped:
+                self.best = yield from self.runs.judge(self.best.row, afresh=True)
         else:
             best = min(self.tried, key=lambda t: (not t.success, self._value(t)))
             robust = self.settings.learning.candidates > 0
             row = (self.runner_up or best.policies) if robust else self.mean
             self.best = yield from self.runs.judge(row)
+        if self.skipped:
+            self.best = replace(self.best, accepted=False)
         yield self.runs.evaluated(self.best)
         return self.best
 

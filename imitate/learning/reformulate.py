@@ -81,7 +81,8 @@ def learn_options(
         evidence = attempts[i].tried[-1][1]
         found = in_words(evidence, learning.converged_below)
         change = _change(formulation, attempts, segments) if learning.reformulate else "it is not stated anew"
-        reason = f"{_what_failed(formulation, evidence)} ({found}): {change}"
+        failed = "the operator skipped it" if witness.skipped else _what_failed(formulation, evidence)
+        reason = f"{failed} ({found}): {change}"
         yield Reformulated(i, formulation.index, reason, evidence)
         if not learning.reformulate:
             return _given_up(tuple(options), segments, i, attempts[i], "it is tried as first stated alone")

@@ -70,6 +70,15 @@ class Runs:
         self._count = 0
 
     @property
+    def count(self) -> int:
+        """How many trials have been run."""
+        return self._count
+
+    def skip(self) -> bool:
+        """Whether the operator gives the formulation up here."""
+        return self._trials.skip(*self.id)
+
+    @property
     def id(self) -> tuple[int, int]:
         """Segment and formulation."""
         f = self.problem.formulation

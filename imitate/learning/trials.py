@@ -77,16 +77,28 @@ class _Here(Executor):
         return map(fn, *iterables)
 
 
+Skip = Callable[[int, int], bool]
+"""skip(segment, formulation): whether the operator gives it up; asked after each batch of its trials."""
+
+
+def nothing_is_skipped(_segment: int, _formulation: int) -> bool:
+    """As where no operator watches."""
+    return False
+
+
 class Trials:
-    """Runs tasks of one scene; use as a context manager.
+    """Runs tasks of one scene as long as the operator wants them; use as a context manager.
 
     After one worker's death a process pool refuses every later task, so a new executor is made and what was
     not finished is run again: trials depend on nothing but their task.
     """
 
-    def __init__(self, factory: ExecutorFactory, spec: SceneSpec, settings: Settings) -> None:
+    def __init__(
+        self, factory: ExecutorFactory, spec: SceneSpec, settings: Settings, skip: Skip = nothing_is_skipped
+    ) -> None:
         self.spec = spec
         self.settings = settings
+        self.skip = skip
         self._factory = factory
         self._executor = factory()
         self._scene = pickle.dumps((spec, settings))

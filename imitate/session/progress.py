@@ -143,6 +143,7 @@ class Progress:
         self,
         event: events.PolicyUpdated
         | events.Converged
+        | events.Skipped
         | events.Evaluated
         | events.Reformulated
         | events.OptionLearned,
@@ -153,6 +154,8 @@ class Progress:
                 attempt.updates.append(Update(number, len(attempt.trials), cost))
             case events.Converged(reason=reason):
                 attempt.converged = reason
+            case events.Skipped():
+                attempt.converged = "the operator skipped it"
             case events.Evaluated():
                 attempt.evaluated = event
             case events.Reformulated(reason=reason):

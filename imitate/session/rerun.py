@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from imitate.events import Event, SessionFinished, TrialFinished
+from imitate.events import Event, SessionFinished, Skipped, TrialFinished
 from imitate.formats.session_log import SessionReader, Told, summarise
 from imitate.formats.session_messages import SessionMessages, Stamped, topic_of
 from imitate.formats.steps import TrialSteps
@@ -70,9 +70,15 @@ def rerun(
     scene = located(opening.started.scene, robot)
     reader = SessionReader(path)
     comparison = _Comparison(scene.object_names, atol, summary.steps)
-    with Trials(factory, scene, opening.settings) as trials:
+    comes: Event | None = None
+
+    def skip(_segment: int, _formulation: int) -> bool:
+        return isinstance(comes, Skipped)  # as the operator did, where it is recorded next
+
+    with Trials(factory, scene, opening.settings, skip) as trials:
         again = events_again(opening, trials)
         for told in reader.told():
+            comes = told.event
             event = next(again, None)
             if not comparison.go_on(told, event):
                 break

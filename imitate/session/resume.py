@@ -14,12 +14,12 @@ from pathlib import Path
 from types import TracebackType
 
 from imitate.errors import FileError
-from imitate.events import Event, TrialFinished
+from imitate.events import Event, Skipped, TrialFinished
 from imitate.formats.growing import held
 from imitate.formats.session_log import SessionReader, summarise
 from imitate.formats.session_pictures import kept_pictures
 from imitate.formats.session_writer import SessionWriter
-from imitate.learning.trials import ExecutorFactory, Task, Trials
+from imitate.learning.trials import ExecutorFactory, Skip, Task, Trials, nothing_is_skipped
 from imitate.record import SceneSpec, TrialRecord
 from imitate.session.again import (
     Opening,
@@ -51,12 +51,17 @@ class Resumption:
     rrd: Path | None = None
 
 
-def resume(resumption: Resumption, should_stop: Callable[[], bool] = lambda: False) -> Iterator[Event]:
+def resume(
+    resumption: Resumption,
+    should_stop: Callable[[], bool] = lambda: False,
+    skip: Skip = nothing_is_skipped,
+) -> Iterator[Event]:
     """All events of the session, those recorded first; none where it has ended and its file is whole.
 
     Args:
         resumption: what to do.
         should_stop: asked after each event; true ends the session there, its log valid.
+        skip: asked after each batch of trials whether its formulation is given up; not of those recorded.
 
     Raises:
         FileError: no session, one that another process is writing, or one that does not come out again as it
@@ -72,7 +77,9 @@ def resume(resumption: Resumption, should_stop: Callable[[], bool] = lambda: Fal
         opening = read_opening(path)
         scene = located(opening.started.scene, resumption.robot)
         recorded = _Recorded(path, opening)
-        trials = stack.enter_context(_Remembering(resumption.factory, scene, opening.settings, recorded))
+        trials = stack.enter_context(
+            _Remembering(resumption.factory, scene, opening.settings, recorded.or_asked(skip), recorded)
+        )
         successor = stack.enter_context(_Successor(path, recorded, summary.steps))
         listeners = [successor.write, *_views(resumption, stack)]
         for event in events_again(opening, trials):
@@ -118,6 +125,14 @@ class _Recorded:
             self._refuse(f"{what} is {found.recorded!r} and would now be {found.replayed!r}")
         self.next = next(self._events, None)
 
+    def or_asked(self, skip: Skip) -> Skip:
+        """What is recorded of the operator's skipping, and after that what is asked."""
+
+        def either(segment: int, formulation: int) -> bool:
+            return skip(segment, formulation) if self.next is None else isinstance(self.next, Skipped)
+
+        return either
+
     def check_end(self) -> None:
         """Raises FileError when more is recorded than comes out."""
         if self.next is not None:
@@ -137,9 +152,9 @@ class _Remembering(Trials):
     """Trials that take from the log what is recorded and simulate what is not."""
 
     def __init__(
-        self, factory: ExecutorFactory, spec: SceneSpec, settings: Settings, recorded: _Recorded
+        self, factory: ExecutorFactory, spec: SceneSpec, settings: Settings, skip: Skip, recorded: _Recorded
     ) -> None:
-        super().__init__(factory, spec, settings)
+        super().__init__(factory, spec, settings, skip)
         self._recorded = recorded
 
     def run(self, tasks: Sequence[Task]) -> Iterator[Outcome]:

@@ -18,7 +18,7 @@ from imitate.formats.session_messages import Stamped
 from imitate.formats.session_pictures import pictures_of
 from imitate.formats.session_writer import SessionWriter
 from imitate.learning.problem import check_durations
-from imitate.learning.trials import Trials, executors
+from imitate.learning.trials import Skip, Trials, executors, nothing_is_skipped
 from imitate.session.course import course, segmented
 from imitate.session.size import check_room, expected_bytes
 from imitate.session.source import Source, Watching, read_source
@@ -63,7 +63,10 @@ class Request:
 
 
 def run(
-    request: Request, should_stop: Callable[[], bool] = lambda: False, watching: Watching | None = None
+    request: Request,
+    should_stop: Callable[[], bool] = lambda: False,
+    watching: Watching | None = None,
+    skip: Skip = nothing_is_skipped,
 ) -> Iterator[Event]:
     """The session's events, each in the log before it is seen here.
 
@@ -71,6 +74,7 @@ def run(
         request: what to do.
         should_stop: asked after each event; true ends the session there, its log valid.
         watching: hears of (frames done, frames in all) while a recording is observed.
+        skip: asked after each batch of trials whether its formulation is given up.
 
     Raises:
         ImitateError: the source, the settings or the scene is not one to learn from.
@@ -83,7 +87,7 @@ def run(
     request = replace(request, settings=_settings_for(source, request.settings))
     with ExitStack() as stack:
         listeners: list[Callable[[Event], None]] = []
-        for event in _course(request, source, stack):
+        for event in _course(request, source, stack, skip):
             if not listeners and (request.log or request.rrd):
                 listeners = _listeners(request, stack)
             for write in listeners:
@@ -155,7 +159,7 @@ def _opening(request: Request, source: Source) -> list[Event]:
     return [started, *told]
 
 
-def _course(request: Request, source: Source, stack: ExitStack) -> Iterator[Event]:
+def _course(request: Request, source: Source, stack: ExitStack, skip: Skip) -> Iterator[Event]:
     try:
         opening = _opening(request, source)
     except (DemonstrationError, SceneError) as error:
@@ -169,5 +173,5 @@ def _course(request: Request, source: Source, stack: ExitStack) -> Iterator[Even
         expected += _bytes_of_pictures(request) if request.embed else 0
         check_room(request.log, expected)
     yield from opening
-    trials = stack.enter_context(Trials(factory, started.scene, request.settings))
+    trials = stack.enter_context(Trials(factory, started.scene, request.settings, skip))
     yield from course(started, settled.segments, trials)

@@ -42,6 +42,7 @@ from imitate.events import (
     Segmented,
     SessionFinished,
     SessionStarted,
+    Skipped,
     TrialFinished,
 )
 from imitate.formats.output import refuse_existing
@@ -311,6 +312,8 @@ def _in_words(event: Event) -> str:
             return f"skill {f.segment + 1}: {f.abstraction}, actions {' and '.join(f.actions)}: {f.reason}"
         case Converged() | Reformulated():
             return f"skill {event.segment + 1}: {event.reason}"
+        case Skipped():
+            return f"the operator skipped skill {event.segment + 1}'s formulation {event.formulation + 1}"
         case Evaluated():
             rate = f"{event.successes} of {event.trials}, {event.low:.0%} to {event.high:.0%}"
             verdict = "accepted" if event.accepted else "not accepted"

@@ -186,6 +186,11 @@ class ImitateApp(App[None]):
             self.works.learn(Resumed(state.log, state.workers))
         self._changed = True
 
+    @on(intents.Skip)
+    def _skip(self) -> None:
+        self.state.skip()
+        self._changed = True
+
     @on(intents.Pause)
     def _pause(self) -> None:
         self.state.pausing = self.state.running and not self.state.stopping

@@ -11,8 +11,10 @@ import os
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import redirect_stderr
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
+from multiprocessing.sharedctypes import SynchronizedArray
 from multiprocessing.synchronize import Event as Flag
 from pathlib import Path
 from typing import Any
@@ -25,8 +27,42 @@ PATIENCE = 0.2
 NICENESS = 5
 """added to the child's and its workers' own: a key press comes before trials."""
 
-Work = Callable[[Any, Callable[[Any], None], Callable[[], bool]], None]
-"""work(job, emit, should_stop): a function at the top of a module, since it is pickled."""
+Place = tuple[int, int]
+"""Indices of a segment and of one of its formulations."""
+_NOWHERE = (-1, -1)
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What the operator has asked of a work; told in the child, asked by the work as often as it can.
+
+    Attributes:
+        stop: to end as soon as it may.
+        wait: to wait where it asks whether it should stop.
+        skipped: of which place the work is to be given up.
+    """
+
+    stop: Flag
+    wait: Flag
+    skipped: SynchronizedArray[int]
+
+    def __call__(self) -> bool:
+        """Whether to stop, as is the parent's death."""
+        while self.wait.is_set() and not self._ended():
+            self.stop.wait(PATIENCE)
+        return self._ended()
+
+    def skips(self, segment: int, formulation: int) -> bool:
+        """Whether this formulation is to be given up."""
+        return (self.skipped[0], self.skipped[1]) == (segment, formulation)
+
+    def _ended(self) -> bool:
+        parent = multiprocessing.parent_process()
+        return self.stop.is_set() or parent is None or not parent.is_alive()
+
+
+Work = Callable[[Any, Callable[[Any], None], Asked], None]
+"""work(job, emit, asked): a function at the top of a module, since it is pickled."""
 
 
 def in_child(
@@ -34,24 +70,27 @@ def in_child(
     job: Any,
     should_stop: Callable[[], bool],
     should_wait: Callable[[], bool] = lambda: False,
+    to_skip: Callable[[], Place | None] = lambda: None,
     patience: float = PATIENCE,
 ) -> Iterator[Any]:
     """What ``work`` emits, as it comes.
 
     Args:
         work, job: what to do and with what; both picklable.
-        should_stop: asked every ``patience`` seconds; once true, the child's own ``should_stop`` is.
+        should_stop: asked every ``patience`` seconds; once true, the child is asked to stop.
         should_wait: asked likewise; while true, the child waits where it asks whether it should stop.
+        to_skip: asked likewise: which formulation is to be given up.
 
     Raises:
         ImitateError: what the child raised; or that it died.
     """
-    child, ours, stop, wait = _started(work, job)
+    child, ours, asked = _started(work, job)
 
     def ask() -> None:
-        wait.set() if should_wait() else wait.clear()
+        asked.skipped[:] = to_skip() or _NOWHERE
+        asked.wait.set() if should_wait() else asked.wait.clear()
         if should_stop():
-            stop.set()
+            asked.stop.set()
 
     try:
         while True:
@@ -67,31 +106,31 @@ def in_child(
             ask()
     except EOFError:
         child.join()
-        if stop.is_set():
+        if asked.stop.is_set():
             return
         raise ImitateError(
             f"The process that did the work ended by itself (exit code {child.exitcode}). What was logged "
             "before is whole. Start it again; if it ends again, try with --workers 1."
         ) from None
     finally:
-        stop.set()
+        asked.stop.set()
         ours.close()
         child.join()
 
 
-def _started(work: Work, job: Any) -> tuple[BaseProcess, Connection, Flag, Flag]:
+def _started(work: Work, job: Any) -> tuple[BaseProcess, Connection, Asked]:
     spawn = multiprocessing.get_context("spawn")
     # multiprocessing hands the present stderr on to a helper process; Textual's own has no file descriptor.
     with Path(os.devnull).open("w") as nowhere, redirect_stderr(nowhere):
         ours, theirs = spawn.Pipe(duplex=False)
-        stop, wait = spawn.Event(), spawn.Event()
-        child = spawn.Process(target=_child, args=(work, job, theirs, stop, wait), daemon=False)
+        asked = Asked(spawn.Event(), spawn.Event(), spawn.Array("i", _NOWHERE))
+        child = spawn.Process(target=_child, args=(work, job, theirs, asked), daemon=False)
         child.start()
     theirs.close()  # so that the child's death ends the pipe
-    return child, ours, stop, wait
+    return child, ours, asked
 
 
-def _child(work: Work, job: Any, out: Connection, stop: Flag, wait: Flag) -> None:
+def _child(work: Work, job: Any, out: Connection, asked: Asked) -> None:
     for name in ("SIGINT", "SIGHUP"):
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)
@@ -100,18 +139,8 @@ def _child(work: Work, job: Any, out: Connection, stop: Flag, wait: Flag) -> Non
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):  # C code prints there, over the screen
         os.dup2(nowhere, stream)
-    parent = multiprocessing.parent_process()
-
-    def should_stop() -> bool:
-        def ended() -> bool:
-            return stop.is_set() or parent is None or not parent.is_alive()
-
-        while wait.is_set() and not ended():
-            stop.wait(PATIENCE)
-        return ended()
-
     try:
-        work(job, lambda value: out.send(("value", value)), should_stop)
+        work(job, lambda value: out.send(("value", value)), asked)
         out.send(("done", None))
     except BrokenPipeError:
         return

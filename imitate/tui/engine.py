@@ -25,7 +25,7 @@ from imitate.tui.files import Preview, first_picture, kind_of, look, read
 from imitate.tui.film import Film
 from imitate.tui.sighting import Sighting
 from imitate.tui.state import Interval
-from imitate.tui.teaching import Resumed, Seen, Stop, Task
+from imitate.tui.teaching import Resumed, Seen, Skip, Stop, Task
 from imitate.tui.words import demonstration_facts
 
 if TYPE_CHECKING:
@@ -95,19 +95,19 @@ def observe(task: Task, should_stop: Stop) -> Iterator[Sighting | Seen]:
     return in_child(teaching.observe, task, should_stop)
 
 
-def learn(task: Task, should_stop: Stop, should_wait: Stop = lambda: False) -> Iterator[float | Event]:
+def learn(task: Task, should_stop: Stop, should_wait: Stop, to_skip: Skip) -> Iterator[float | Event]:
     """The events of a session, from a process of its own; before them, of a recording, the
     shares of it that were tracked."""
     from imitate.tui.child import in_child
 
-    return in_child(teaching.learn, task, should_stop, should_wait)
+    return in_child(teaching.learn, task, should_stop, should_wait, to_skip)
 
 
-def resume(task: Resumed, should_stop: Stop, should_wait: Stop) -> Iterator[Event]:
+def resume(task: Resumed, should_stop: Stop, should_wait: Stop, to_skip: Skip) -> Iterator[Event]:
     """All events of a session that was stopped or cut, those recorded first."""
     from imitate.tui.child import in_child
 
-    return in_child(teaching.resume, task, should_stop, should_wait)
+    return in_child(teaching.resume, task, should_stop, should_wait, to_skip)
 
 
 def films(log: Path, should_stop: Stop) -> Iterator[Film]:
@@ -178,8 +178,8 @@ class Engine:
     write_decisions: Callable[[Path, tuple[Decision, ...]], None] = write_decisions
     recorded: Callable[[Path], Iterator[Event]] = recorded
     observe: Callable[[Task, Stop], Iterator[Sighting | Seen]] = observe
-    learn: Callable[[Task, Stop, Stop], Iterator[float | Event]] = learn
-    resume: Callable[[Resumed, Stop, Stop], Iterator[Event]] = resume
+    learn: Callable[[Task, Stop, Stop, Skip], Iterator[float | Event]] = learn
+    resume: Callable[[Resumed, Stop, Stop, Skip], Iterator[Event]] = resume
     films: Callable[[Path, Stop], Iterator[Film]] = films
     reproduce: Callable[[Runs, Stop], Iterator[Film | Reproduced]] = reproduce
     verify: Callable[[Check, Stop], Iterator[float | Report]] = verify
@@ -202,8 +202,8 @@ def with_mapping(source: Path, mapping: Mapping) -> Engine:
     def look_mapped(path: Path) -> Preview:
         return Preview(kind(path), demonstration_facts(read_mapped(path))) if path == source else look(path)
 
-    def learn_mapped(task: Task, should_stop: Stop, should_wait: Stop) -> Iterator[float | Event]:
+    def learn_mapped(task: Task, stop: Stop, wait: Stop, to_skip: Skip) -> Iterator[float | Event]:
         mapped = replace(task, mapping=mapping) if task.source == source else task
-        return learn(mapped, should_stop, should_wait)
+        return learn(mapped, stop, wait, to_skip)
 
     return Engine(kind_of=kind, look=look_mapped, read=read_mapped, learn=learn_mapped)

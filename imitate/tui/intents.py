@@ -51,6 +51,10 @@ class Pause(Message):
     """Wait after the present trial."""
 
 
+class Skip(Message):
+    """Give the present formulation up after the present trials."""
+
+
 class GoOn(Message):
     """Go on after a pause, or with a session that was stopped."""
 

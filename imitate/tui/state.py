@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from imitate.demonstration import Demonstration
-from imitate.events import Event, TrialFinished
+from imitate.events import Event, FormulationStarted, OptionLearned, Reformulated, TrialFinished
 from imitate.geometry import Array
 from imitate.session.progress import Attempt, Progress
 from imitate.settings import Settings
@@ -45,6 +45,7 @@ class State:
         running: whether a child process is learning.
         stopping: whether it was asked to stop.
         pausing: whether it was asked to wait after the present trial.
+        skipping: the formulation that is to be given up: its segment and its index there; None for none.
         ended: whether learning ended, by itself or by the operator.
         log: the session's file.
         starts: from where Reproduce runs the task next.
@@ -69,6 +70,7 @@ class State:
     running: bool = False
     stopping: bool = False
     pausing: bool = False
+    skipping: tuple[int, int] | None = None
     ended: bool = False
     log: Path | None = None
     starts: Starts = field(default_factory=Starts)
@@ -174,6 +176,7 @@ class State:
         self.progress, self.log, self._before = Progress(), log, None
         self.pace.begin()
         self.running, self.stopping, self.pausing, self.ended = True, False, False, False
+        self.skipping = None
 
     def go_on(self, log: Path) -> None:
         """A session that was stopped is gone on with; all its events come again."""
@@ -187,15 +190,30 @@ class State:
             work.stopping = True
         self.trying, self.checking, self.library = Trying(), Checking(), Library()
 
+    @property
+    def skippable(self) -> bool:
+        """Whether a formulation is being improved, so that it can be given up for the next one."""
+        present = self.progress.present
+        improves = present is not None and not (present.converged or present.accepted or present.given_up)
+        return self.running and not self.stopping and self.skipping is None and improves
+
+    def skip(self) -> None:
+        """The present formulation is not wanted any more."""
+        present = self.progress.present
+        if self.skippable and present is not None:
+            self.skipping = (present.formulation.segment, present.formulation.index)
+
     def fold(self, event: Event) -> None:
         """Something happened in the session."""
         self.progress.fold(event)
+        if isinstance(event, FormulationStarted | OptionLearned | Reformulated):
+            self.skipping = None
         if self.running and isinstance(event, TrialFinished):
             self.pace.tick()
 
     def end(self) -> None:
         """The engine has nothing more to say; a session that did not even start has no result."""
-        self.running, self.stopping, self.pausing = False, False, False
+        self.running, self.stopping, self.pausing, self.skipping = False, False, False, None
         if self.progress.started is None and self._before:  # it could not be gone on with
             self.progress = self._before
         self.ended = self.progress.started is not None

@@ -14,9 +14,12 @@ from imitate.skill import Decision
 
 if TYPE_CHECKING:
     from imitate.formats.mapping import Mapping
+    from imitate.tui.child import Asked, Place
 
 Emit = Callable[[Any], None]
 Stop = Callable[[], bool]
+Skip = Callable[[], "Place | None"]
+"""which formulation is to be given up."""
 
 
 @dataclass(frozen=True)
@@ -75,12 +78,12 @@ def observe(task: Task, emit: Emit, should_stop: Stop) -> None:
     emit(Seen(in_table_frame(found.demonstration), found.lost_frames))
 
 
-def learn(task: Task, emit: Emit, should_stop: Stop) -> None:
+def learn(task: Task, emit: Emit, asked: Asked) -> None:
     """Emits, of a recording, shares that were tracked, then the session's events."""
     from imitate.session.session import Request, run
 
     def watching(done: int, of: int) -> None:
-        if should_stop():
+        if asked():
             raise SystemExit(0)
         emit(done / of)
 
@@ -95,16 +98,16 @@ def learn(task: Task, emit: Emit, should_stop: Stop) -> None:
         log=task.log,
         rrd=viewed,
     )
-    for event in run(request, should_stop, watching):
+    for event in run(request, asked, watching, asked.skips):
         emit(replace(event, record=None) if isinstance(event, TrialFinished) else event)
 
 
-def resume(task: Resumed, emit: Emit, should_stop: Stop) -> None:
+def resume(task: Resumed, emit: Emit, asked: Asked) -> None:
     """Emits all events of the session, those recorded first."""
     from imitate.learning.trials import executors
     from imitate.session.resume import Resumption
     from imitate.session.resume import resume as go_on
 
     resumption = Resumption(task.log, executors(task.workers), rrd=task.log.with_suffix(".rrd"))
-    for event in go_on(resumption, should_stop):
+    for event in go_on(resumption, asked, asked.skips):
         emit(replace(event, record=None) if isinstance(event, TrialFinished) else event)

@@ -89,13 +89,16 @@ class Works:
         def wait() -> bool:
             return self._state.pausing
 
+        def skip() -> tuple[int, int] | None:
+            return self._state.skipping
+
         try:
             task.log.parent.mkdir(exist_ok=True)
             story: Iterable[float | Event]
             if isinstance(task, Resumed):
-                story = self._engine.resume(task, stop, wait)
+                story = self._engine.resume(task, stop, wait, skip)
             else:
-                story = self._engine.learn(task, stop, wait)
+                story = self._engine.learn(task, stop, wait, skip)
             for event in story:
                 said = intents.Tracked(event) if isinstance(event, float) else intents.Happened(event)
                 self._post(said)

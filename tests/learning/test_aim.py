@@ -18,6 +18,7 @@ from imitate.learning.option import Success
 from imitate.learning.problem import end_of
 from imitate.learning.reformulate import learn_options
 from imitate.learning.runs import Learned
+from imitate.learning.trials import nothing_is_skipped
 from imitate.record import Start
 from imitate.settings import Learning, Settings, load_settings
 from imitate.skill import CostTerms
@@ -105,6 +106,7 @@ class AtTheEdge:
         self.settings = settings
         self.record = still(demonstration)
         self.where = where
+        self.skip = nothing_is_skipped
 
     def run(self, tasks):
         for task in tasks:

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from records import moved, still
 
-from imitate.events import Converged, Evaluated, PolicyUpdated, TrialFinished
+from imitate.events import Converged, Evaluated, PolicyUpdated, Skipped, TrialFinished
 from imitate.learning import runs
 from imitate.learning.improve import Improvement
+from imitate.learning.trials import nothing_is_skipped
 from imitate.record import Sightings
 from imitate.settings import load_settings
 from imitate.world.scene import scene_of, shown_start
@@ -19,12 +20,13 @@ from imitate.world.trial import Outcome
 class Pretended:
     """Trials whose block ends ``miss(policy)`` metres from its place; ``watch`` makes sightings."""
 
-    def __init__(self, demonstration, settings, miss, watch=None):
+    def __init__(self, demonstration, settings, miss, watch=None, skip=nothing_is_skipped):
         self.watch = watch
         self.spec = scene_of(demonstration, settings.world)
         self.settings = settings
         self.record = still(demonstration)
         self.miss = miss
+        self.skip = skip
 
     def run(self, tasks):
         for task in tasks:
@@ -49,9 +51,9 @@ def held_from(newtons):
 def learn(short_demonstration, carry_problem):
     """Runs the improvement; returns the events and what was learned."""
 
-    def run(miss, gripper=True, seed=0, prefix=(), watch=None, **learning):
+    def run(miss, gripper=True, seed=0, prefix=(), watch=None, skip=nothing_is_skipped, **learning):
         settings = load_settings(None, {"mode": learning.pop("mode", "robust"), "learning": learning})
-        trials = Pretended(short_demonstration, settings, miss, watch)
+        trials = Pretended(short_demonstration, settings, miss, watch, skip)
         imitated = carry_problem.imitated
         mean = imitated if gripper else replace(imitated, gripper_weights=np.zeros(0))
         sequence = np.random.SeedSequence(seed)
@@ -258,3 +260,33 @@ def test_each_trial_is_watched_with_chance_of_its_own(short_demonstration, carry
     assert len(keys) > 20
     assert len(set(keys)) == len(keys)
     assert {task.seed.entropy for task in asked} == {1}
+
+
+@pytest.mark.parametrize(("miss", "successes"), [(0.2, 0), (0.0, 20)])
+def test_what_the_operator_skips_is_judged_once_and_not_accepted(learn, miss, successes):
+    asked = []
+
+    def skip(segment, formulation):
+        asked.append((segment, formulation))
+        return len(asked) == 2
+
+    events, learned = learn(lambda _: miss, skip=skip, candidates=0, converged_below=0.0)
+    skipped = next(e for e in events if isinstance(e, Skipped))
+    assert asked == [(skipped.segment, skipped.formulation)] * 2
+    at = events.index(skipped)
+    assert skipped.trials == sum(isinstance(e, TrialFinished) for e in events[:at])
+    assert {e.purpose for e in events[at:] if isinstance(e, TrialFinished)} == {"evaluate"}
+    assert (learned.success.successes, learned.success.trials) == (successes, 20)
+    assert not learned.accepted
+    assert not events[-1].accepted
+
+
+def test_what_was_judged_before_it_is_skipped_is_not_judged_again(learn):
+    number = count()
+    events, learned = learn(lambda _: 0.2 * (next(number) % 8 == 7), skip=lambda *_: True)
+    kinds = [type(e) for e in events]
+    at = kinds.index(Skipped)
+    assert Evaluated in kinds[:at]  # it succeeds too seldom to be accepted at once
+    assert kinds[at:] == [Skipped, Evaluated]
+    assert 0.8 <= learned.success.rate < 0.95
+    assert not learned.accepted

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from records import still
 
-from imitate.events import FormulationStarted, OptionLearned, Reformulated, TrialFinished
+from imitate.events import FormulationStarted, OptionLearned, Reformulated, Skipped, TrialFinished
 from imitate.learning import reformulate
 from imitate.learning.option import Success
 from imitate.learning.reformulate import learn_options
@@ -51,7 +51,7 @@ def scripted(monkeypatch, stacking):
     demonstration, segments = stacking
     record = still(demonstration)
 
-    def run(script, grasp=OPEN, **learning):
+    def run(script, grasp=OPEN, skipped=False, **learning):
         outcomes = iter(script)
 
         class Scripted:
@@ -64,6 +64,8 @@ def scripted(monkeypatch, stacking):
                 off = Miss("position", "cubeA ends 140 mm off", "cubeA", 0.14, 0.1, grasp)
                 misses = () if ok else (off,)
                 words = "; ".join(map(str, misses))
+                if skipped:
+                    yield Skipped(f.segment, f.index, 0)
                 for n, total in enumerate((26.0, 27.0, 25.0)):
                     cost = CostTerms(total, 0.0, 0.0)
                     yield TrialFinished(
@@ -111,6 +113,14 @@ def test_the_gripper_is_added_when_the_hands_path_alone_fails(scripted):
     assert (shortfall.starts, shortfall.distance) == (20, 0.14)
     assert len(search.options) == 2
     assert not search.given_up
+
+
+def test_what_is_skipped_is_given_up_for_the_next(scripted):
+    seen, _ = scripted([False, True, True], skipped=True)
+    assert stated(seen) == [(0, 0, 1), (0, 1, 2), (1, 0, 1)]
+    (reformulated,) = [e for e in seen if isinstance(e, Reformulated)]
+    assert reformulated.reason.startswith("the operator skipped it (0 of 20 starts")
+    assert reformulated.reason.endswith("adding the gripper's force to the actions")
 
 
 def test_an_option_is_learned_with_its_initiation_set_and_checked_against_the_one_before(scripted):

@@ -10,6 +10,7 @@ import scripted
 from imitate.demonstration import Demonstration
 from imitate.events import SessionStarted
 from imitate.formats.demonstrations import write_demonstration
+from imitate.learning.trials import Skip, nothing_is_skipped
 from imitate.session.session import Request, run
 from imitate.session.versions import versions
 from imitate.settings import Settings, load_settings, to_toml
@@ -62,7 +63,16 @@ def hard(source: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return _session(source, settings, tmp_path_factory.mktemp("hard") / "hard.mcap")
 
 
-def _session(source: Path, settings: Settings, log: Path) -> Path:
-    for _ in run(Request(source, settings, 3, workers=0, log=log)):
+@pytest.fixture(scope="session")
+def skipped(source: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """One in which the operator skips the first formulation; without that it is given up all the same."""
+    short = {"first_rollouts": 3, "updates": 2, "more_updates": 0, "formulations": 2}
+    settings = load_settings(None, {"learning": FEW | short})
+    log = tmp_path_factory.mktemp("skipped") / "skipped.mcap"
+    return _session(source, settings, log, lambda _, formulation: formulation == 0)
+
+
+def _session(source: Path, settings: Settings, log: Path, skip: Skip = nothing_is_skipped) -> Path:
+    for _ in run(Request(source, settings, 3, workers=0, log=log), skip=skip):
         pass
     return log

@@ -15,6 +15,7 @@ from imitate.events import (
     OptionLearned,
     SessionFinished,
     SessionStarted,
+    Skipped,
     TrialFinished,
 )
 from imitate.formats.mcap_file import McapReader
@@ -156,3 +157,18 @@ def test_the_end_names_the_source_and_not_where_it_lies(hard, source):
     (end,) = [e for e in read_session(hard) if isinstance(e, SessionFinished)]
     assert "imitate learn carry.npz --seed 4" in end.advice
     assert str(source.parent) not in end.advice
+
+
+@pytest.mark.parametrize("workers", [0, pytest.param(2, marks=pytest.mark.slow)])
+def test_what_the_operator_skipped_is_skipped_again(skipped, workers):
+    events = list(read_session(skipped))
+    (skip,) = [e for e in events if isinstance(e, Skipped)]
+    assert (skip.segment, skip.formulation) == (0, 0)
+    report = rerun(skipped, executors(workers))
+    assert (report.divergent, report.first_divergence, report.events) == (0, None, len(events))
+
+
+def test_a_skip_that_is_taken_out_diverges(skipped, tmp_path):
+    events = [e for e in read_session(skipped) if not isinstance(e, Skipped)]
+    report = rerun(written(tmp_path / "s.mcap", events), HERE)
+    assert report.divergent

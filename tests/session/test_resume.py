@@ -14,7 +14,7 @@ from mcap.reader import make_reader
 from refiled import cut, messages, written
 
 from imitate.errors import FileError, SceneError
-from imitate.events import Decided, Event, SessionFinished, SessionStarted, TrialFinished
+from imitate.events import Decided, Event, SessionFinished, SessionStarted, Skipped, TrialFinished
 from imitate.formats.session_log import SessionReader, read_session, summarise
 from imitate.formats.session_writer import SessionWriter
 from imitate.learning.trials import executors
@@ -249,3 +249,14 @@ def test_with_a_robot_of_ones_own_that_has_moved(source, tmp_path):
     assert rerun(log, HERE, robot).divergent == 0
     list(resume(Resumption(path, HERE, robot)))
     assert messages(path) == messages(log)
+
+
+def test_what_was_skipped_stays_so_and_what_comes_after_the_end_is_asked(skipped, tmp_path):
+    events = list(read_session(skipped))
+    at = next(k for k, e in enumerate(events) if isinstance(e, Skipped))
+    begun = written(tmp_path / "begun.mcap", events[: at + 1])
+    again = list(resume(Resumption(begun, HERE), skip=lambda *_: True))  # the next one, too
+    assert [e.formulation for e in again if isinstance(e, Skipped)] == [0, 1]
+    assert [e.formulation for e in read_session(begun) if isinstance(e, Skipped)] == [0, 1]
+    before = written(tmp_path / "before.mcap", events[:at])
+    assert not [e for e in resumed(before) if isinstance(e, Skipped)]

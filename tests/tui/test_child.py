@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from imitate.errors import ImitateError
-from imitate.tui.child import in_child
+from imitate.tui.child import Asked, in_child
 
 Emit = Callable[[Any], None]
 Stop = Callable[[], bool]
@@ -46,6 +46,13 @@ def break_down(_job: None, _emit: Emit, _should_stop: Stop) -> None:
 def die(_job: None, emit: Emit, _should_stop: Stop) -> None:
     emit("alive")
     os._exit(9)
+
+
+def until_skipped(_job: None, emit: Emit, asked: Asked) -> None:
+    emit("learning")
+    while not asked.skips(1, 2):
+        time.sleep(0.01)
+    emit(asked.skips(1, 3))
 
 
 def never() -> bool:
@@ -88,3 +95,11 @@ def test_a_listener_that_goes_away_ends_the_child() -> None:
     started = time.monotonic()
     story.close()  # type: ignore[attr-defined]  # joins the child
     assert time.monotonic() - started < 5
+
+
+def test_it_hears_which_formulation_is_given_up() -> None:
+    heard: list[Any] = []
+    story = in_child(until_skipped, None, never, to_skip=lambda: (1, 2) if heard else None, patience=0.01)
+    for said in story:
+        heard.append(said)
+    assert heard == ["learning", False]
