@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import groupby
 
-from textual.widgets import DataTable
-
 from imitate.learning.statements import Statement, statements
 from imitate.session.progress import Attempt, Skill
 from imitate.tui.state import State
+from imitate.tui.table import Table
 from imitate.tui.words import outcome
 
 COLUMNS = ("skill", "state", "actions", "trials", "cost", "P", "outcome")
@@ -34,7 +33,7 @@ class Branch:
     when: str = ""
 
 
-class AttemptTable(DataTable[str]):
+class AttemptTable(Table):
     """Follows the present formulation until the cursor is moved away from it."""
 
     def __init__(self) -> None:
@@ -86,6 +85,17 @@ class AttemptTable(DataTable[str]):
         self._rows = rows
         if self.following and rows:
             self.move_cursor(row=self.present, animate=False)
+            self.call_after_refresh(self._lead)
+
+    def on_resize(self) -> None:
+        """The present formulation stays in view."""
+        if self.following:
+            self.call_after_refresh(self._lead)
+
+    def _lead(self) -> None:
+        # Wherever it stood before, as much is seen of what comes next as there is room for.
+        room = self.scrollable_content_region.height - self.header_height
+        self.scroll_to(y=max(0, min(self.present, self.present + 1 + AHEAD - room)), animate=False)
 
     def _change(self, i: int, old: tuple[str, ...], new: tuple[str, ...]) -> None:
         for column, before, after in zip(COLUMNS, old, new, strict=True):

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from textual.widgets import DataTable
-
 from imitate.tui.film import Film
+from imitate.tui.table import Table
 
 PURPOSES = {
     "prepare": "prepare",
@@ -18,7 +17,7 @@ PURPOSES = {
 """what a trial was for, as the table says it."""
 
 
-class FilmTable(DataTable[str]):
+class FilmTable(Table):
     """A row for each trial; what is new is added below. Follows the newest where it is asked to."""
 
     def __init__(self, columns: tuple[str, ...], follows: bool) -> None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from textual.widgets import DataTable, OptionList
+from textual.widgets import OptionList
 from textual.widgets.option_list import Option
 
 from imitate.skill import Segment
 from imitate.tui.state import Interval
+from imitate.tui.table import Table
 from imitate.tui.words import change_in_words
 
 COLUMNS = ("#", "start", "end", "relevant", "reference", "by", "change, 90 %")
@@ -14,7 +15,7 @@ WIDE = 110
 """columns from which the table says when each change lies; the timeline says it for the selected one."""
 
 
-class SkillTable(DataTable[str]):
+class SkillTable(Table):
     """A row for each segment."""
 
     def __init__(self) -> None:
