@@ -29,7 +29,7 @@ from imitate.tui.pace import Pace
 from imitate.tui.photo import photo_of_terminal
 from imitate.tui.sighting import Sighting
 from imitate.tui.state import Interval
-from imitate.tui.teaching import Resumed, Seen, Task
+from imitate.tui.teaching import Resumed, Task
 from imitate.tui.words import demonstration_facts
 
 TRACKED, LOST = 150, (60, 75)
@@ -124,7 +124,7 @@ class Script:
         if not should_stop():
             yield self.report
 
-    def observe(self, task: Task, should_stop: Callable[[], bool]) -> Iterator[Sighting | Seen]:
+    def observe(self, task: Task, should_stop: Callable[[], bool]) -> Iterator[Sighting | Demonstration]:
         self.watches.append(task)
         if self.unseen and len(self.watches) == 1:
             if self.late:
@@ -136,7 +136,7 @@ class Script:
             waiting.wait(0.01)
         if not should_stop():
             yield scripted.sighting(begin=TRACKED, lost=LOST)
-            yield Seen(scripted.demonstration(), {"hand": 2, "blue": 0, "green": 0})
+            yield scripted.demonstration()
 
 
 def first_picture(_path: Path) -> np.ndarray:

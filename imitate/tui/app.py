@@ -19,6 +19,7 @@ from imitate.tui.screens import screen_of
 from imitate.tui.state import State, Step
 from imitate.tui.step import StepScreen
 from imitate.tui.teaching import Resumed, Task
+from imitate.tui.words import losses_in_words
 from imitate.tui.works import Works
 
 if TYPE_CHECKING:
@@ -126,8 +127,9 @@ class ImitateApp(App[None]):
         if message.kind != "recording":
             self.state.open(message.source, message.kind)
         self.state.show(message.demonstration, message.segments)
-        self.state.lost = message.lost
         self.show("review")
+        if self.state.sighting and (lost := losses_in_words(self.state.sighting, message.demonstration)):
+            self.notify(f"{lost} Observe (Esc) shows when.", title="▲", severity="warning", markup=False)
 
     @on(intents.Recorded)
     def _recorded(self, message: intents.Recorded) -> None:

@@ -25,7 +25,7 @@ from imitate.tui.files import Preview, first_picture, kind_of, look, read
 from imitate.tui.film import Film
 from imitate.tui.sighting import Sighting
 from imitate.tui.state import Interval
-from imitate.tui.teaching import Resumed, Seen, Skip, Stop, Task
+from imitate.tui.teaching import Resumed, Skip, Stop, Task
 from imitate.tui.words import demonstration_facts
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ def recorded(path: Path) -> Iterator[Event]:
     return read_session(path, steps=False)
 
 
-def observe(task: Task, should_stop: Stop) -> Iterator[Sighting | Seen]:
+def observe(task: Task, should_stop: Stop) -> Iterator[Sighting | Demonstration]:
     """The frames of a recording as they are tracked, some at a time, then what was seen."""
     from imitate.tui.child import in_child
 
@@ -177,7 +177,7 @@ class Engine:
     split_time: Callable[[Demonstration, Segment, Settings], float] = split_time
     write_decisions: Callable[[Path, tuple[Decision, ...]], None] = write_decisions
     recorded: Callable[[Path], Iterator[Event]] = recorded
-    observe: Callable[[Task, Stop], Iterator[Sighting | Seen]] = observe
+    observe: Callable[[Task, Stop], Iterator[Sighting | Demonstration]] = observe
     learn: Callable[[Task, Stop, Stop, Skip], Iterator[float | Event]] = learn
     resume: Callable[[Resumed, Stop, Stop, Skip], Iterator[Event]] = resume
     films: Callable[[Path, Stop], Iterator[Film]] = films

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -108,7 +108,6 @@ class Opened(Message):
     kind: Kind
     demonstration: Demonstration
     segments: tuple[Segment, ...]
-    lost: dict[str, int] = field(default_factory=dict)
 
 
 @dataclass

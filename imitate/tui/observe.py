@@ -23,6 +23,7 @@ from imitate.tui.sighting import Image, Sighting
 from imitate.tui.state import State
 from imitate.tui.step import StepScreen
 from imitate.tui.track_rows import TrackRows
+from imitate.tui.words import losses_in_words
 
 
 class ObserveScreen(StepScreen):
@@ -201,15 +202,10 @@ def _words(state: State) -> Content:
     if state.demonstration is None:
         return Content(f"{_doing(state.sighting)}\n\n{fingers}\n")
     demonstration = state.demonstration
-    lost = [name for name, frames in state.lost.items() if frames]
-    seen = f"{len(demonstration.t)} frames, {demonstration.duration:.1f} s."
-    if not lost:
-        return Content.assemble(
-            ("✓ ", "bold $text-success"), f"Tracked: {seen} Nothing was lost.\n\n{fingers}"
-        )
-    return Content.assemble(
-        ("▲ ", "bold $text-warning"), f"Tracked: {seen} Lost for a while: {', '.join(lost)}.\n\n{fingers}"
-    )
+    lost = losses_in_words(state.sighting, demonstration) if state.sighting else ""
+    sign = ("▲ ", "bold $text-warning") if lost else ("✓ ", "bold $text-success")
+    seen = f"Tracked: {len(demonstration.t)} frames, {demonstration.duration:.1f} s."
+    return Content.assemble(sign, f"{seen} {lost or 'Nothing was lost.'}\n\n{fingers}")
 
 
 def _doing(sighting: Sighting | None) -> str:

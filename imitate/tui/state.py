@@ -40,7 +40,6 @@ class State:
             the first frame; empty until it is known for these ``segments``.
         observed: share of a recording's frames that were tracked, 0 to 1.
         sighting: those frames, once there are any.
-        lost: hand or object → frames in which it was not seen.
         unseen: why a recording could not be observed; empty while it can.
         running: whether a child process is learning.
         stopping: whether it was asked to stop.
@@ -65,7 +64,6 @@ class State:
     changes: tuple[Interval, ...] = ()
     observed: float = 0.0
     sighting: Sighting | None = None
-    lost: dict[str, int] = field(default_factory=dict)
     unseen: str = ""
     running: bool = False
     stopping: bool = False

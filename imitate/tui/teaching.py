@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from imitate.demonstration import Demonstration
 from imitate.events import TrialFinished
 from imitate.settings import Settings
 from imitate.skill import Decision
@@ -20,14 +19,6 @@ Emit = Callable[[Any], None]
 Stop = Callable[[], bool]
 Skip = Callable[[], "Place | None"]
 """which formulation is to be given up."""
-
-
-@dataclass(frozen=True)
-class Seen:
-    """What was observed in a recording; ``lost``: hand or object → frames in which it was not seen."""
-
-    demonstration: Demonstration
-    lost: dict[str, int]
 
 
 @dataclass(frozen=True)
@@ -58,7 +49,7 @@ class Resumed:
 
 
 def observe(task: Task, emit: Emit, should_stop: Stop) -> None:
-    """Emits a `Sighting` of the frames that were tracked since the last one, now and then; then `Seen`."""
+    """Emits a `Sighting` of the frames that were tracked, some at a time, then the `Demonstration`."""
     from imitate.demonstration import in_table_frame
     from imitate.perception.observe import Moment
     from imitate.perception.observe import observe as observe_recording
@@ -75,7 +66,7 @@ def observe(task: Task, emit: Emit, should_stop: Stop) -> None:
         found = observe_recording(task.source, task.settings, task.seed, watch=watch)
     finally:
         watcher.end()
-    emit(Seen(in_table_frame(found.demonstration), found.lost_frames))
+    emit(in_table_frame(found.demonstration))
 
 
 def learn(task: Task, emit: Emit, asked: Asked) -> None:

@@ -17,11 +17,19 @@ if TYPE_CHECKING:
     from imitate.formats.session_log import SessionSummary
     from imitate.tui.again import Report
     from imitate.tui.film import Film
+    from imitate.tui.sighting import Sighting
 
 
 def listed(names: tuple[str, ...]) -> str:
     """ "a", "a and b", "a, b and c"; the hand with its article."""
-    words = [f"the {name}" if name == HAND else name for name in names]
+    return _joined([_article(name) for name in names])
+
+
+def _article(name: str) -> str:
+    return f"the {name}" if name == HAND else name
+
+
+def _joined(words: list[str]) -> str:
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
@@ -100,6 +108,17 @@ def demonstration_faults(demonstration: Demonstration) -> tuple[str, ...]:
         if np.isnan(demonstration.size_of(name)).any():
             found.append(f"the size of {name} is not known, and learning needs it")
     return tuple(found)
+
+
+def losses_in_words(sighting: Sighting, demonstration: Demonstration) -> str:
+    """Who was lost for how long, and who could not be followed; empty where nobody was."""
+    seconds = dict(zip(sighting.cast.names, sighting.lost_seconds, strict=True))
+    kept = (HAND, *demonstration.object_names)
+    lost = [f"{_article(name)} for {seconds[name]:.2f} s" for name in kept if seconds.get(name)]
+    gone = [name for name in seconds if name not in kept]
+    parts = [f"Not seen: {_joined(lost)}."] if lost else []
+    parts += [f"Left out, as it could not be followed: {_joined(gone)}."] if gone else []
+    return " ".join(parts)
 
 
 def session_facts(summary: SessionSummary) -> tuple[tuple[str, str], ...]:

@@ -73,8 +73,8 @@ class Works:
                 if isinstance(seen, Sighting):
                     self._post(intents.Sighted(seen))
                     continue
-                segments = self._engine.cut(seen.demonstration, task.settings)
-                self._post(intents.Opened(task.source, "recording", seen.demonstration, segments, seen.lost))
+                segments = self._engine.cut(seen, task.settings)
+                self._post(intents.Opened(task.source, "recording", seen, segments))
         except Exception as error:
             self._post(intents.Failed("observe", in_words(error)))
 

@@ -341,10 +341,12 @@ async def test_a_recorded_session_opens_at_its_result_and_cannot_be_changed(tmp_
 
 async def test_a_recording_is_observed_and_then_reviewed(tmp_path: Path) -> None:
     app = scripted_app(tmp_path, source="fixtures/stack.mcap")
-    async with app.run_test() as pilot:
+    async with app.run_test(notifications=True) as pilot:
         await until(pilot, at(app, "review"))
+        await until(pilot, lambda: len(app._notifications) == 1)
+        (notice,) = app._notifications
     assert app.state.kind == "recording"
-    assert app.state.lost == {"hand": 2, "blue": 0, "green": 0}
+    assert notice.message == "Not seen: the hand for 0.50 s. Observe (Esc) shows when."
 
 
 async def test_observing_is_left_with_escape(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from textual.pilot import Pilot
 from textual.widgets import Static
 
 from imitate import events
+from imitate.demonstration import Demonstration
 from imitate.errors import FileError, ImitateError
 from imitate.formats import recordings
 from imitate.tui.app import ImitateApp
@@ -25,7 +26,7 @@ from imitate.tui.observe import ObserveScreen
 from imitate.tui.overlay import Overlay
 from imitate.tui.picture import Picture
 from imitate.tui.sighting import Sighting
-from imitate.tui.teaching import Seen, Task
+from imitate.tui.teaching import Task
 from imitate.tui.track_rows import TrackRows
 
 RECORDING = "fixtures/stack.mcap"
@@ -58,7 +59,7 @@ async def test_the_newest_frame_is_shown_until_another_is_looked_at(tmp_path: Pa
     more = threading.Event()
 
     class Slow(Script):
-        def observe(self, _task: Task, should_stop: Callable[[], bool]) -> Iterator[Sighting | Seen]:
+        def observe(self, _task: Task, should_stop: Callable[[], bool]) -> Iterator[Sighting | Demonstration]:
             yield scripted.sighting(100)
             more.wait(20)
             yield scripted.sighting(200, begin=100)
@@ -88,7 +89,7 @@ async def test_going_back_shows_what_was_seen(tmp_path: Path) -> None:
     async with app.run_test(size=(80, 24)) as pilot:
         screen = await gone_back(pilot, app)
         await until(pilot, lambda: "Tracked: 361 frames" in said(app))
-        assert "Lost for a while: hand." in said(app)
+        assert "Not seen: the hand for 0.50 s." in said(app)
         assert screen.query_one(Overlay).display
         await pilot.press(*["H"] * 20)
         assert screen.frame == 0
@@ -212,7 +213,7 @@ def test_a_recording_without_pictures_has_no_first_one(
 
 async def test_what_was_found_before_is_gone_while_it_is_observed_anew(tmp_path: Path) -> None:
     class Again(Script):
-        def observe(self, task: Task, should_stop: Callable[[], bool]) -> Iterator[Sighting | Seen]:
+        def observe(self, task: Task, should_stop: Callable[[], bool]) -> Iterator[Sighting | Demonstration]:
             if self.watches:
                 self.watches.append(task)
                 while not should_stop():

@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from imitate.tui.sighting import Sighting
+from imitate.tui.words import losses_in_words
 
 
 @given(st.lists(st.integers(0, 361), max_size=6))
@@ -78,3 +79,14 @@ def test_pictures_are_of_the_last_frame_that_has_one() -> None:
 def test_the_frame_at_a_time() -> None:
     seen: Sighting = scripted.sighting()
     assert [seen.at(s) for s in (-1, 0, 1.01, 99)] == [0, 0, 30, 360]
+
+
+def test_losses_in_words_name_who_was_lost_and_who_is_left_out() -> None:
+    shown = scripted.demonstration()
+    assert losses_in_words(scripted.sighting(), shown) == ""
+    assert losses_in_words(scripted.sighting(lost=(0, 30)), shown) == "Not seen: the hand for 1.00 s."
+    without = replace(
+        shown, objects=shown.objects[:, :1], object_names=("blue",), object_sizes=shown.object_sizes[:1]
+    )
+    said = losses_in_words(scripted.sighting(), without)
+    assert said == "Left out, as it could not be followed: green."
