@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib.util
+from pathlib import Path
 from types import SimpleNamespace
 
 import cv2
@@ -9,17 +11,21 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from recorded import same
 
+from imitate.demonstration import Demonstration, in_table_frame
 from imitate.geometry import IDENTITY
 from imitate.perception import observe
 from imitate.perception.hand import SIDES, finger_poses
 from imitate.perception.tracker import UNSEEN, Sight
 from imitate.rgbd import Intrinsics, RgbdFrame
-from imitate.settings import Perception
-from imitate.tui import watcher
+from imitate.settings import Perception, Settings
+from imitate.tui import engine, watcher
 from imitate.tui.sighting import Sighting
+from imitate.tui.teaching import Task
 from imitate.tui.watcher import HIGHEST, WIDEST, Watcher, cast_of, small
 
+FIXTURE = Path(__file__).parents[2] / "fixtures" / "stack.mcap"
 CAMERA = Intrinsics(32, 24, 30, 30, 16, 12)
 FIRST = SimpleNamespace(
     objects=[SimpleNamespace(name=name, block=SimpleNamespace(size=np.full(3, 0.04))) for name in "ab"],
@@ -103,3 +109,27 @@ def test_fingers_are_drawn_where_the_tracker_looks_for_them() -> None:
         (real,) = finger_poses(IDENTITY[None], np.array([0.06]), settings, side)
         np.testing.assert_allclose(opened, real[:3], atol=1e-3)
         assert np.ptp(finger[:, 2]) == pytest.approx(settings.finger_length)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(importlib.util.find_spec("open3d") is None, reason="open3d is not installed")
+def test_the_child_tells_every_frame_and_finds_what_is_found_unwatched() -> None:
+    task = Task(FIXTURE, Settings(), 3, 1, (), FIXTURE)
+    *told, found = engine.observe(task, lambda: False)
+    alone = observe.observe(FIXTURE, Settings(), 3)
+    assert isinstance(found, Demonstration)
+    assert same(found, in_table_frame(alone.demonstration))
+    whole, *later = (one for one in told if isinstance(one, Sighting))
+    assert len(later) + 1 == len(told) < len(alone.demonstration.t) / 2
+    for one in later:
+        whole = whole.then(one)
+    assert whole.share == 1
+    np.testing.assert_array_equal(whole.confidence, alone.confidence)
+    np.testing.assert_array_equal(whole.poses[..., :3], all_poses(alone.demonstration)[..., :3])
+    np.testing.assert_array_equal(whole.openings, alone.demonstration.opening)
+    assert all(picture for picture in whole.pictures)
+
+
+def all_poses(demonstration: Demonstration) -> np.ndarray:
+    """(T, 1+K, 7) of hand and objects."""
+    return np.concatenate([demonstration.hand[:, None], demonstration.objects], axis=1)
