@@ -27,6 +27,11 @@ class Terminal:
         """What is on the screen; empty once the program has ended."""
         return self._tmux("capture-pane", "-p", check=False)
 
+    @property
+    def process(self) -> int:
+        """The program's process."""
+        return int(self._tmux("display-message", "-p", "#{pane_pid}"))
+
     def keys(self, *names: str) -> None:
         """Press keys, by tmux's names."""
         self._tmux("send-keys", *names)
