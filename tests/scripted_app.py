@@ -256,7 +256,7 @@ def scripted_app(
         changes=changes,
         split_time=lambda _demonstration, segment, _settings: (segment.start + segment.end) / 2,
         recorded=lambda _path: iter(recorded),
-        first_picture=first_picture,
+        first_picture=lambda path, _settings: first_picture(path),
         observe=script.observe,
         learn=script.learn,
         resume=script.resume,

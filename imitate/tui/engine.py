@@ -168,7 +168,7 @@ class Engine:
     kind_of: Callable[[Path], Kind] = kind_of
     look: Callable[[Path], Preview] = look
     read: Callable[[Path], Demonstration] = read
-    first_picture: Callable[[Path], Image] = first_picture
+    first_picture: Callable[[Path, Settings], Image] = first_picture
     cut: Callable[[Demonstration, Settings], tuple[Segment, ...]] = cut
     decide: Callable[
         [tuple[Segment, ...], tuple[Decision, ...], Demonstration, Settings], tuple[Segment, ...]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from imitate.demonstration import Demonstration
 from imitate.errors import FileError
+from imitate.settings import Settings
 from imitate.tui.words import demonstration_facts, demonstration_faults, session_facts
 
 if TYPE_CHECKING:
@@ -86,15 +87,15 @@ def read(path: Path) -> Demonstration:
     return in_table_frame(read_demonstration(path))
 
 
-def first_picture(path: Path) -> Image:
-    """The first picture (H, W, 3) of a recording, red green blue.
+def first_picture(path: Path, settings: Settings) -> Image:
+    """The first picture (H, W, 3) that is observed of a recording, red green blue.
 
     Raises:
         FileError: it has none, or cannot be read.
     """
     from imitate.formats.recordings import open_recording
 
-    first = next(open_recording(path).frames(), None)
+    first = next(open_recording(path, settings.perception).frames(), None)
     if first is None:
         raise FileError(path, "has no picture with a depth of its time", f"What it has: imitate info {path}")
     return first.colour

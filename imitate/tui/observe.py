@@ -105,7 +105,7 @@ class ObserveScreen(StepScreen):
     @work(thread=True, exclusive=True, group="first", exit_on_error=False)
     def _read_first(self, source: Path) -> None:
         try:
-            image = self._engine.first_picture(source)
+            image = self._engine.first_picture(source, self.state.settings)
         except ImitateError:
             return  # observing says it
         self.app.call_from_thread(self._show_first, source, image)
@@ -171,7 +171,7 @@ class ObserveScreen(StepScreen):
         if self.state.source is None:
             return
         try:
-            image = self._engine.first_picture(self.state.source)
+            image = self._engine.first_picture(self.state.source, self.state.settings)
         except ImitateError as error:
             self.notify(str(error), title="✗", severity="error", markup=False)
             return

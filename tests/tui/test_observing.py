@@ -17,6 +17,7 @@ from imitate import events
 from imitate.demonstration import Demonstration
 from imitate.errors import FileError, ImitateError
 from imitate.formats import recordings
+from imitate.settings import Perception, Settings
 from imitate.tui.app import ImitateApp
 from imitate.tui.files import first_picture
 from imitate.tui.fingers import FingersScreen
@@ -205,10 +206,16 @@ async def test_before_anything_is_found_the_first_picture_is_shown(tmp_path: Pat
 def test_a_recording_without_pictures_has_no_first_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    empty = SimpleNamespace(frames=lambda: iter(()))
-    monkeypatch.setattr(recordings, "open_recording", lambda _path: empty)
+    asked = []
+
+    def opened(_path: Path, settings: Perception) -> SimpleNamespace:
+        asked.append(settings)
+        return SimpleNamespace(frames=lambda: iter(()))
+
+    monkeypatch.setattr(recordings, "open_recording", opened)
     with pytest.raises(FileError, match=r"film\.mcap: has no picture .* imitate info"):
-        first_picture(tmp_path / "film.mcap")
+        first_picture(tmp_path / "film.mcap", Settings())
+    assert asked == [Settings().perception]
 
 
 async def test_what_was_found_before_is_gone_while_it_is_observed_anew(tmp_path: Path) -> None:
