@@ -36,7 +36,7 @@ class Overlay(Blocks):
         self.refresh()
 
     def frame(self, sighting: Sighting, number: int) -> None:
-        """Show a frame that has a picture; of one whose picture is shown already, what was found."""
+        """Show a frame that has a picture, and what was found in it."""
         before, self._shown = self._shown, (sighting, number)
         if before is None or before[1] != number or before[0].cast is not sighting.cast:
             self.show(sighting.picture(number))
@@ -63,15 +63,16 @@ class Overlay(Blocks):
         self._dots, room, lost = Dots(columns, rows), np.array([columns, rows]), 0
         for body, name in enumerate(sighting.cast.names):
             ink = sighting.cast.inks[body]
-            rings = [room * ring for ring in sighting.outlines(frame, body)]
-            if not rings:
+            if sighting.lost[frame, body]:
                 self._words(f"✗ {name} lost", 0, lost, LOST)
                 lost += 1
                 continue
+            rings = [room * ring for ring in sighting.outlines(frame, body)]
             ways = [room * way for way in sighting.way(frame, body, BEHIND)]
             for line in [*(way for way in ways if np.ptp(way, axis=0).max() > 1), *rings]:
                 self._dots.line(line, Style(color=Color.from_rgb(*ink)))
-            self._label(name, np.concatenate(rings), ink, above=body == 0)
+            if rings:
+                self._label(name, np.concatenate(rings), ink, above=body == 0)
 
     def _label(self, name: str, ring: Array, ink: Ink, above: bool) -> None:
         # The hand comes from above: its name stands over it, the objects' below them.
