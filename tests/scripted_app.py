@@ -17,16 +17,19 @@ from imitate.demonstration import Demonstration
 from imitate.errors import FileError, UsageError
 from imitate.events import Event, Reproduced
 from imitate.learning.option import Success
+from imitate.segmentation import Doubt
 from imitate.session.replay import ReplayReport
 from imitate.settings import Settings
 from imitate.skill import Decision, Segment
 from imitate.tui.again import Check, Runs
+from imitate.tui.album import shot_of
 from imitate.tui.app import ImitateApp
 from imitate.tui.engine import Engine
 from imitate.tui.files import Preview
 from imitate.tui.film import Film
 from imitate.tui.pace import Pace
 from imitate.tui.photo import photo_of_terminal
+from imitate.tui.series import Series
 from imitate.tui.sighting import Sighting
 from imitate.tui.state import Interval
 from imitate.tui.teaching import Resumed, Task
@@ -220,6 +223,8 @@ def decide(
         elif d.kind == "merge":
             one, other = segments[d.segment : d.segment + 2]
             segments[d.segment : d.segment + 2] = [replace(one, end=other.end, human=True)]
+        elif d.kind == "reset":
+            segments = list(found)
         elif d.abstraction:
             segments[d.segment] = replace(segments[d.segment], abstraction=d.abstraction, human=True)
     return tuple(segments)
@@ -228,6 +233,30 @@ def decide(
 def changes(_demo: Demonstration, segments: tuple[Segment, ...], _settings: Settings) -> tuple[Interval, ...]:
     """Each from a little before the boundary to a little more after it."""
     return tuple((s.end - 0.25, s.end + 0.5) for s in segments[:-1])
+
+
+def doubts(
+    _demo: Demonstration, found: tuple[Segment, ...], segments: tuple[Segment, ...], _settings: Settings
+) -> tuple[Doubt, ...]:
+    """A relabelled skill, by its rank; a boundary, by 40 nats once it is a second off."""
+    if len(found) != len(segments):
+        return ()
+    said = []
+    for k, (before, now) in enumerate(zip(found, segments, strict=True)):
+        likely = {c.abstraction: c.log_likelihood for c in now.alternatives}
+        if now.abstraction != before.abstraction:
+            ratio = likely[now.abstraction] - likely[before.abstraction]
+            said.append(Doubt(k, k, ratio, f"for {now.abstraction}", f"for {before.abstraction}"))
+        if abs(now.end - before.end) >= 1:
+            said.append(Doubt(k, k + 1, -40.0, f"cut at {now.end:.2f} s", f"cut at {before.end:.2f} s"))
+    return tuple(said)
+
+
+def along(demo: Demonstration, _settings: Settings) -> Series:
+    """Blue moves along while it is carried, and stays while the hand moves without it; green stays."""
+    moving = demo.t >= 0
+    carried = (demo.t > 4) & (demo.t < 8)
+    return Series(demo.object_names, demo.t, (np.where(carried, 1.0, -1.0), np.where(moving, -1.0, 0.0)))
 
 
 def scripted_app(
@@ -254,6 +283,9 @@ def scripted_app(
         cut=lambda _demonstration, _settings: scripted.segments(),
         decide=decide,
         changes=changes,
+        doubts=doubts,
+        along=along,
+        pictures=lambda _wanted, _stop: (shot_of(n / 2, first_picture(Path())) for n in range(25)),
         split_time=lambda _demonstration, segment, _settings: (segment.start + segment.end) / 2,
         recorded=lambda _path: iter(recorded),
         first_picture=lambda path, _settings: first_picture(path),

@@ -207,6 +207,10 @@ class ImitateApp(App[None]):
     def _films(self) -> None:
         self.works.films()
 
+    @on(intents.Pictures)
+    def _pictures(self) -> None:
+        self.works.pictures()
+
     @on(intents.Verify)
     def _verify(self, message: intents.Verify) -> None:
         self.works.verify(message.depth)

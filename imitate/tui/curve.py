@@ -1,4 +1,4 @@
-"""Curves: the cost of trials and updates, and the hand's distance to the objects."""
+"""Curves: the cost of trials and updates, and the force of the gripper."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from textual_plot.plot_widget import Legend
 
 from imitate.geometry import Array
 from imitate.tui.state import Curve, Terms
-from imitate.tui.timeline import BANDS
 
 SIGNS: dict[Terms, tuple[str, str]] = {
     "end": ("e", "text-accent"),
@@ -31,11 +30,13 @@ class _Canvas(Canvas):
         return strip if strip.cell_length else Strip([])
 
 
-class _Plot(PlotWidget):
+class Plot(PlotWidget):
+    """A plot that is only looked at."""
+
     can_focus = False
 
-    def __init__(self) -> None:
-        super().__init__(allow_pan_and_zoom=False)
+    def __init__(self, id: str | None = None) -> None:
+        super().__init__(id=id, allow_pan_and_zoom=False)
 
     def compose(self) -> ComposeResult:
         """As the original, with the canvas above."""
@@ -50,7 +51,7 @@ class _Plot(PlotWidget):
         self.margin_bottom = 2
 
 
-class CostCurve(_Plot):
+class CostCurve(Plot):
     """○ a trial that failed, ● one in which β held, ◆ the policy after an update, ╌ C; ↑ is off the scale.
 
     Where they are asked for: e, a and g, what each trial's end, its acceleration and its gripper cost.
@@ -71,21 +72,21 @@ class CostCurve(_Plot):
             top = self._scale(curve, threshold)
             self.set_ylabel("cost, by trial")
             if curve.updates:
-                line = _plain(colours, "text-primary")
+                line = plain(colours, "text-primary")
                 self.plot(*_columns(curve.updates), line_style=line, hires_mode=HiResMode.BRAILLE)
             for points, sign, colour in (
                 (curve.failed, "○", "foreground"),
                 (curve.succeeded, "●", "text-success"),
                 (curve.updates, "◆", "text-primary"),
             ):
-                self._points(points, sign, _plain(colours, colour), top)
+                self._points(points, sign, plain(colours, colour), top)
             for term, points in curve.terms:
                 sign, colour = SIGNS[term]
-                self._points(points, sign, _plain(colours, colour), top)
+                self._points(points, sign, plain(colours, colour), top)
             if threshold is not None:
                 x = np.linspace(*self._span(curve), 60)
                 self.scatter(
-                    x, np.full_like(x, threshold), marker="╌", marker_style=_plain(colours, "warning")
+                    x, np.full_like(x, threshold), marker="╌", marker_style=plain(colours, "warning")
                 )
 
     def _span(self, curve: Curve) -> tuple[float, float]:
@@ -111,7 +112,7 @@ class CostCurve(_Plot):
         return top
 
 
-class ForceCurve(_Plot):
+class ForceCurve(Plot):
     """The gripper's force along a skill, newtons by second; 0 is open."""
 
     def show(self, profile: tuple[Array, Array] | None) -> None:
@@ -121,33 +122,11 @@ class ForceCurve(_Plot):
             if profile is None:
                 return
             t, force = profile
-            line = _plain(self.app.theme_variables, "text-warning")
+            line = plain(self.app.theme_variables, "text-warning")
             self.plot(t, force, line_style=line, hires_mode=HiResMode.BRAILLE)
             self.set_xlimits(0.0, float(t[-1]))
             self.set_ylimits(0.0, 1.1 * max(1.0, float(force.max())))
             self.set_ylabel("force, N")
-
-
-class DistanceCurve(_Plot):
-    """The hand's distance to each object along the demonstration, with the boundaries between segments."""
-
-    def show(self, series: dict[str, tuple[Array, Array]], cuts: list[float], at: int) -> None:
-        """Draw distances in centimetres; the cut number ``at`` is the selected one."""
-        colours = self.app.theme_variables
-        with self.app.batch_update():
-            self.clear()
-            for i, (name, (t, metres)) in enumerate(series.items()):
-                style = _plain(colours, BANDS[i % len(BANDS)])
-                self.plot(
-                    t, 100 * metres, line_style=style, hires_mode=HiResMode.BRAILLE, label=f"hand to {name}"
-                )
-            for i, cut in enumerate(cuts):
-                self.add_v_line(cut, line_style=_plain(colours, "foreground" if i == at else "text-disabled"))
-            self.set_ylabel("cm, by second")
-            self.set_ylimits(0.0, None)
-            if series:
-                self.set_xlimits(0.0, float(next(iter(series.values()))[0][-1]))
-            self.show_legend()
 
 
 def _columns(points: tuple[tuple[int, float], ...]) -> tuple[Array, Array]:
@@ -155,7 +134,7 @@ def _columns(points: tuple[tuple[int, float], ...]) -> tuple[Array, Array]:
     return x, y
 
 
-def _plain(colours: dict[str, str], name: str) -> str:
+def plain(colours: dict[str, str], name: str) -> str:
     """A theme's colour as the canvas wants it: hexadecimal, without transparency."""
     value = colours.get(name, "")
     return value[:7] if value.startswith("#") else "default"

@@ -21,8 +21,10 @@ from imitate.settings import Settings
 from imitate.skill import Decision, Segment
 from imitate.tui import teaching
 from imitate.tui.again import Check, Runs
+from imitate.tui.album import Shot, Wanted
 from imitate.tui.files import Preview, first_picture, kind_of, look, read
 from imitate.tui.film import Film
+from imitate.tui.series import Series
 from imitate.tui.sighting import Sighting
 from imitate.tui.state import Interval
 from imitate.tui.teaching import Resumed, Skip, Stop, Task
@@ -34,6 +36,7 @@ if TYPE_CHECKING:
 
     from imitate.formats.kind import Kind
     from imitate.formats.mapping import Mapping
+    from imitate.segmentation import Doubt
     from imitate.tui.again import Report
 
     Image = NDArray[np.uint8]
@@ -65,6 +68,26 @@ def changes(
     from imitate.segmentation import changes as posteriors
 
     return tuple(p.interval() for p in posteriors(demonstration, segments, settings.segmentation))
+
+
+def doubts(
+    demonstration: Demonstration,
+    found: tuple[Segment, ...],
+    segments: tuple[Segment, ...],
+    settings: Settings,
+) -> tuple[Doubt, ...]:
+    """Where segments explain the motion far less well than those found."""
+    from imitate.segmentation import doubts as doubted
+
+    return doubted(demonstration, found, segments, settings.segmentation)
+
+
+def along(demonstration: Demonstration, settings: Settings) -> Series:
+    """What each frame says for each object to move along with the hand rather than stay, in nats."""
+    from imitate.segmentation.robust import RobustScore
+
+    score = RobustScore(demonstration, settings.segmentation)
+    return Series(demonstration.object_names, score.times, tuple(score.said.T))
 
 
 def split_time(demonstration: Demonstration, segment: Segment, settings: Settings) -> float:
@@ -126,6 +149,14 @@ def reproduce(runs: Runs, should_stop: Stop) -> Iterator[Film | Reproduced]:
     return in_child(run_starts, runs, should_stop)
 
 
+def pictures(wanted: Wanted, should_stop: Stop) -> Iterator[Shot]:
+    """A recording's pictures, as they are read."""
+    from imitate.tui.album import read_pictures
+    from imitate.tui.child import in_child
+
+    return in_child(read_pictures, wanted, should_stop)
+
+
 def verify(check: Check, should_stop: Stop) -> Iterator[float | Report]:
     """Shares of a session's trials that were run again and compared, then what was found."""
     from imitate.tui.child import in_child
@@ -174,6 +205,10 @@ class Engine:
         [tuple[Segment, ...], tuple[Decision, ...], Demonstration, Settings], tuple[Segment, ...]
     ] = decide
     changes: Callable[[Demonstration, tuple[Segment, ...], Settings], tuple[Interval, ...]] = changes
+    doubts: Callable[
+        [Demonstration, tuple[Segment, ...], tuple[Segment, ...], Settings], tuple[Doubt, ...]
+    ] = doubts
+    along: Callable[[Demonstration, Settings], Series] = along
     split_time: Callable[[Demonstration, Segment, Settings], float] = split_time
     write_decisions: Callable[[Path, tuple[Decision, ...]], None] = write_decisions
     recorded: Callable[[Path], Iterator[Event]] = recorded
@@ -182,6 +217,7 @@ class Engine:
     resume: Callable[[Resumed, Stop, Stop, Skip], Iterator[Event]] = resume
     films: Callable[[Path, Stop], Iterator[Film]] = films
     reproduce: Callable[[Runs, Stop], Iterator[Film | Reproduced]] = reproduce
+    pictures: Callable[[Wanted, Stop], Iterator[Shot]] = pictures
     verify: Callable[[Check, Stop], Iterator[float | Report]] = verify
     view: Callable[[Path, Stop], Iterator[Path]] = view
     has_display: Callable[[], bool] = has_display

@@ -1,14 +1,15 @@
-"""A recorded trial as it is shown: a few moments a second of hand, objects, gripper and arm."""
+"""A trial as it is shown: a few moments a second of hand, objects, gripper and arm; or a demonstration."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from imitate.demonstration import Demonstration
 from imitate.events import Purpose, TrialFinished
 from imitate.geometry import Array
 
@@ -99,6 +100,25 @@ def still(hand: Array, objects: Array) -> Film:
         force=_floats(np.zeros(1)),
         arm=_floats(none),
         skills=np.zeros(1, np.int8),
+    )
+
+
+def film_shown(demonstration: Demonstration) -> Film:
+    """What the hand did in every frame, poses known; closed while the opening is less than half its widest.
+
+    Where the opening was not seen the hand is drawn open.
+    """
+    d = demonstration
+    opening = np.full(len(d.t), np.nan) if d.opening is None else d.opening
+    widest = np.nanmax(opening, initial=0.0)
+    return replace(
+        still(d.hand[0], d.objects[0]),
+        t=_floats(d.t - d.t[0]),
+        hand=_floats(d.hand),
+        objects=_floats(d.objects),
+        force=_floats(np.where(opening < widest / 2, 1.0, 0.0)),
+        arm=_floats(np.zeros((len(d.t), 0, 3))),
+        skills=np.zeros(len(d.t), np.int8),
     )
 
 

@@ -13,6 +13,7 @@ from imitate.events import Event, Reproduced
 from imitate.formats.kind import Kind
 from imitate.skill import Segment
 from imitate.tui.again import Checking, Depth, Library, Trying
+from imitate.tui.album import Album, Shot
 from imitate.tui.film import Film
 from imitate.tui.sighting import Sighting
 from imitate.tui.state import Step
@@ -74,6 +75,10 @@ class Verify(Message):
     depth: Depth
 
 
+class Pictures(Message):
+    """Read the recording's pictures, unless they are read."""
+
+
 class View(Message):
     """Open the session in Rerun's viewer."""
 
@@ -89,8 +94,8 @@ class Viewed(Message):
 class Said(Message):
     """A work on a finished session said something; None at its end."""
 
-    of: Trying | Checking | Library
-    said: Film | Reproduced | Report | float | None
+    of: Trying | Checking | Library | Album
+    said: Film | Reproduced | Report | Shot | float | None
 
 
 @dataclass

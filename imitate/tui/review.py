@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from textual import on, work
-from textual.binding import Binding
 from textual.containers import Horizontal, Vertical
 from textual.widget import Widget
 from textual.widgets import Footer, Label, Static
@@ -16,71 +16,54 @@ from imitate.errors import ImitateError
 from imitate.formats.output import free_name
 from imitate.skill import Decision, Segment
 from imitate.tui.choices import TITLE, choices_of
-from imitate.tui.curve import DistanceCurve
+from imitate.tui.chosen import DOUBTED, Chosen, chosen_of
 from imitate.tui.engine import Engine
 from imitate.tui.form import FormScreen
-from imitate.tui.intents import Choose, Decided, Failed, Go, Learn
+from imitate.tui.intents import Choose, Decided, Failed, Go, Learn, Pictures
+from imitate.tui.looking import Looking
+from imitate.tui.review_keys import REVIEW_HELP, REVIEW_KEYS
+from imitate.tui.series import Series
 from imitate.tui.skill_table import Alternatives, SkillTable
-from imitate.tui.state import State, distances, moved
+from imitate.tui.state import Interval, State, moved
 from imitate.tui.step import StepScreen
 from imitate.tui.timeline import Timeline
 from imitate.tui.words import in_words, short
 
+if TYPE_CHECKING:
+    from imitate.segmentation import Doubt
+
 NUDGE = 0.1  # s
+CHANGES = ("nudge", "here", "alternatives", "split", "split_here", "merge", "undo", "redo", "reset")
+"""actions that decide something."""
 
 
 class ReviewScreen(StepScreen):
-    """Timeline, table, ranked alternatives, distances."""
+    """Timeline, table, ranked alternatives, and what is to be seen at one time."""
 
     STEP = "review"
-    HELP = (
-        "Review: the demonstration was cut into skills. Each has the bodies that matter (relevant) and "
-        "the object in whose frame they are seen (reference). Select a skill with up and down. Left and "
-        "right move its end (of the last skill: its start) by a frame, with shift by 0.1 s. Enter goes to "
-        "the ranked alternatives, with how well each explains the skill (natural log; 0 is the best); "
-        "Enter there chooses. Shaded, and beside the mark, is when with 90 % probability the motion "
-        "changes from a skill to the next; the rests beside a carry are part of it. x splits the selected "
-        "skill where that explains most, m merges it with the next (the last with the one before). Every "
-        "change is kept in the session as a decision of yours; w writes them to a file. "
-        "e changes how it is learned: α, C, trials, workers, seed."
-    )
-    BINDINGS = [
-        Binding("left,h", "nudge(-1, 0)", "move", id="review.frame_back", priority=True,
-                tooltip="Move the selected boundary by a frame; h and l do the same", key_display="←→"),
-        Binding("right,l", "nudge(1, 0)", "frame", id="review.frame_on", priority=True, show=False),
-        Binding("shift+left,H", "nudge(0, -1)", "0.1 s", id="review.time_back", priority=True, show=False,
-                tooltip="Move it by 0.1 s; shift with the arrows does the same", key_display="HL"),
-        Binding("shift+right,L", "nudge(0, 1)", "0.1 s", id="review.time_on", priority=True, show=False),
-        Binding("a", "alternatives", "other", id="review.alternatives",
-                tooltip="Choose another abstraction for the selected skill"),
-        Binding("x", "split", "split", id="review.split",
-                tooltip="Split the selected skill in two, where that explains most"),
-        Binding("m", "merge", "merge", id="review.merge",
-                tooltip="Merge the selected skill with the next one; the last with the one before"),
-        Binding("u", "undo", "undo", id="review.undo", tooltip="Take back the last decision"),
-        Binding("r,ctrl+y", "redo", "redo", id="review.redo", tooltip="Do again what was undone last"),
-        Binding("w", "write", "write", id="review.write", show=False,
-                tooltip="Write your decisions to a file in sessions/, for imitate segment and imitate learn"),
-        Binding("e", "settings", "settings", id="review.settings", show=False,
-                tooltip="α, C, trials, workers and seed for learning"),
-        Binding("s", "learn", "learn", id="review.learn", tooltip="Learn these skills"),
-    ]  # fmt: skip
+    HELP = REVIEW_HELP
+    BINDINGS = list(REVIEW_KEYS)
 
     def __init__(self, state: State, engine: Engine, root: Path) -> None:
         super().__init__(state)
         self.engine = engine
         self.root = root
         self.weighed: tuple[Segment, ...] = ()
+        self._chosen: tuple[Chosen, ...] = ()
+        self._along: tuple[object, Series] | None = None
+        self._said: frozenset[tuple[int, int]] = frozenset()
+        self._marked = (0, -1, 0.0)
 
     def body(self) -> Iterable[Widget]:
-        """Timeline above, table and alternatives in the middle, distances below where there is room."""
+        """Timeline above, table and alternatives in the middle, what is looked at below."""
         yield Timeline()
         yield Horizontal(
             Vertical(SkillTable(), id="cut"),
             Vertical(Label("", id="ranked"), Alternatives(), id="others"),
             id="middle",
         )
-        yield DistanceCurve()
+        yield Looking()
+        yield Static("", id="doubts", markup=False)
         yield Static("", id="decided", markup=False)
 
     def on_mount(self) -> None:
@@ -107,7 +90,12 @@ class ReviewScreen(StepScreen):
     def draw(self) -> None:
         """Everything."""
         super().draw()
-        self.query_one(SkillTable).show(self.state.segments, self.state.changes)
+        state = self.state
+        if state.demonstration is not None:
+            self.post_message(Pictures())
+        doubted = {k for doubt in state.doubts for k in range(doubt.first, doubt.last + 1)}
+        self._chosen = chosen_of(state.found, state.segments, doubted)
+        self.query_one(SkillTable).show(state.segments, state.changes, self._chosen)
         self._draw_selection()
         self._weigh()
         self.query_one("#decided", Static).update(f" {self._standing()}")
@@ -117,19 +105,56 @@ class ReviewScreen(StepScreen):
         if state.decisions:
             last = str(state.decisions[-1])
             count = "1 decision" if state.undoable == 1 else f"{state.undoable} decisions"
-            text = f"{count} of yours (w writes them), the last: {last}"
+            text = f"{count} of yours (w writes, R resets), the last: {last}"
         if state.running:
             return f"{text}  (learning runs)"
         return text if state.editable else f"{text}  (recorded: open its demonstration to decide)"
 
     def _draw_selection(self) -> None:
-        segments = self.state.segments
-        self.query_one(Timeline).show(segments, self.selected, self.boundary, self.state.changes)
+        state, segments = self.state, self.state.segments
+        self.query_one(Timeline).show(segments, self.selected, self.boundary, state.changes, self._chosen)
         self.query_one("#ranked", Label).update(f"skill {self.selected + 1} may be")
         self.query_one(Alternatives).show(segments[self.selected] if segments else None)
-        if self.state.demonstration:
-            cuts = [s.end for s in segments[:-1]]
-            self.query_one(DistanceCurve).show(distances(self.state.demonstration), cuts, self.boundary)
+        self._draw_doubts()
+        if state.demonstration is None:
+            return
+        cuts = [s.end for s in segments[:-1]]
+        along = self._along[1] if self._along and self._along[0] is state.demonstration else None
+        looking = self.query_one(Looking)
+        looking.show(state.demonstration, state.album, along, cuts, self.boundary)
+        marked = (id(state.demonstration), self.boundary, cuts[self.boundary] if cuts else 0.0)
+        if marked != self._marked and cuts:  # the boundary that the keys move is what is looked at
+            looking.go(cuts[self.boundary])
+        self._marked = marked
+        self._draw_time()
+
+    def _draw_doubts(self) -> None:
+        doubts = sorted(self.state.doubts, key=lambda d: not d.first <= self.selected <= d.last)
+        more = f" ({len(doubts) - 1} more)" if len(doubts) > 1 else ""
+        line = self.query_one("#doubts", Static)
+        line.display = bool(doubts)
+        line.update(f" {DOUBTED} {doubts[0]}{more}" if doubts else "")
+
+    @on(Looking.Moved)
+    def _draw_time(self) -> None:
+        looking = self.query_one(Looking)
+        self.query_one(Timeline).point(looking.now, looking.seen)
+
+    @on(Timeline.Pointed)
+    def _on_pointed(self, event: Timeline.Pointed) -> None:
+        self.query_one(Looking).go(event.seconds)
+
+    def action_look(self, frames: int, seconds: int) -> None:
+        """Look at another time."""
+        self.query_one(Looking).step(frames, seconds)
+
+    def action_play(self) -> None:
+        """Play the demonstration, or stop."""
+        self.query_one(Looking).play()
+
+    def action_view(self) -> None:
+        """The next of the views that share the room."""
+        self.query_one(Looking).turn()
 
     @on(SkillTable.RowHighlighted)
     def _on_row(self) -> None:
@@ -157,6 +182,22 @@ class ReviewScreen(StepScreen):
             decision = moved(state.demonstration, state.segments, *by)
             if decision:
                 self._decide(decision)
+
+    def action_here(self) -> None:
+        """Move the selected boundary to the time that is looked at."""
+        if len(self.state.segments) > 1:
+            self._decide(Decision("move", self.boundary, self.query_one(Looking).now))
+
+    def action_split_here(self) -> None:
+        """Split the skill at the time that is looked at."""
+        now = self.query_one(Looking).now
+        k = max((k for k, s in enumerate(self.state.segments) if s.start <= now), default=0)
+        self._decide(Decision("split", k, now))
+
+    def action_reset(self) -> None:
+        """Everything as it was found."""
+        if self.state.segments != self.state.found:
+            self._decide(Decision("reset"))
 
     def action_merge(self) -> None:
         """Merge the segments on either side of the selected boundary."""
@@ -203,9 +244,9 @@ class ReviewScreen(StepScreen):
             self.app.call_from_thread(self._decide, Decision("split", k, time))
 
     def _weigh(self) -> None:
-        # How sure each boundary is, sought once for the segments as they are.
+        # How sure each boundary is, and what is far less likely, sought once for the segments as they are.
         segments = self.state.segments
-        if segments is not self.weighed and len(segments) > 1 and self.state.demonstration is not None:
+        if segments is not self.weighed and segments and self.state.demonstration is not None:
             self.weighed = segments
             self._weigh_changes(segments)
 
@@ -216,14 +257,29 @@ class ReviewScreen(StepScreen):
         state = self.state
         settings = state.progress.settings if state.kind == "session" else state.settings
         try:
-            assert state.demonstration is not None
-            changes = self.engine.changes(state.demonstration, segments, settings)
+            shown = state.demonstration
+            assert shown is not None
+            changes = self.engine.changes(shown, segments, settings) if len(segments) > 1 else ()
+            doubts = self.engine.doubts(shown, state.found, segments, settings)
+            if self._along is None or self._along[0] is not shown:
+                self._along = shown, self.engine.along(shown, settings)
         except Exception as error:
             self.post_message(Failed("weigh", in_words(error)))
             return
-        if state.segments is segments:
-            state.changes = changes
-            self.post_message(Decided())
+        self.app.call_from_thread(self._weighed, segments, changes, doubts)
+
+    def _weighed(
+        self, segments: tuple[Segment, ...], changes: tuple[Interval, ...], doubts: tuple[Doubt, ...]
+    ) -> None:
+        state = self.state
+        if state.segments is not segments:
+            return
+        state.changes, state.doubts = changes, doubts
+        for doubt in doubts:
+            if state.editable and (doubt.first, doubt.last) not in self._said:
+                self.notify(f"{doubt}.", title=DOUBTED, severity="warning", timeout=10, markup=False)
+        self._said = frozenset((doubt.first, doubt.last) for doubt in doubts)
+        self.post_message(Decided())
 
     def action_write(self) -> None:
         """Write the decisions to a file."""
@@ -260,12 +316,28 @@ class ReviewScreen(StepScreen):
         """Keys that would change a session which cannot be changed are greyed."""
         if action == "settings":
             return self.state.editable
-        changes = action in ("nudge", "alternatives", "split", "merge", "undo", "redo")
+        if action == "view":
+            return self.has_class("-short")
+        changes = action in (
+            "nudge",
+            "here",
+            "alternatives",
+            "split",
+            "split_here",
+            "merge",
+            "undo",
+            "redo",
+            "reset",
+        )
         if action == "learn" and self.state.kind == "session":
             return False
         if action == "merge" and len(self.state.segments) < 2:
             return False
-        if action == "redo" and not self.state.redoable:
+        if action in ("redo", "undo") and not (
+            self.state.redoable if action == "redo" else self.state.undoable
+        ):
+            return False
+        if action == "reset" and self.state.segments == self.state.found:
             return False
         if action == "write" and not self.state.decisions:
             return False

@@ -1,20 +1,17 @@
-"""The scene of a trial from above and from the side: table, objects, gripper, arm."""
+"""The scene of a trial, or of a demonstration, from above and from the side: table, objects, gripper, arm."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import cv2
 import numpy as np
-from rich.style import Style
-from textual.strip import Strip
-from textual.widget import Widget
 
 from imitate.demonstration import Demonstration
 from imitate.geometry import Array, rotate
 from imitate.record import SceneSpec
-from imitate.tui.dots import Dots
+from imitate.tui.drawing import Drawing
 from imitate.tui.film import Film
 from imitate.tui.timeline import BANDS
 
@@ -46,47 +43,38 @@ class Stage:
 
     @classmethod
     def of(cls, scene: SceneSpec, demonstration: Demonstration) -> Stage:
+        """The space in which the hand and the objects were shown, with the scene's objects."""
+        return replace(cls.showing(demonstration), names=scene.object_names, sizes=scene.object_sizes)
+
+    @classmethod
+    def showing(cls, demonstration: Demonstration) -> Stage:
         """The space in which the hand and the objects were shown."""
         bodies = [demonstration.hand[:, None], demonstration.objects]
         points = np.concatenate([b[..., :3].reshape(-1, 3) for b in bodies])
         low, high = np.nanmin(points, axis=0) - MARGIN, np.nanmax(points, axis=0) + MARGIN
         low[2] = -0.02
-        return cls(scene.object_names, scene.object_sizes, low, high)
+        return cls(demonstration.object_names, demonstration.object_sizes, low, high)
 
 
-class SceneView(Widget):
+class SceneView(Drawing):
     """One moment of a film, in lines of braille dots."""
 
     def __init__(self, side: Side) -> None:
         super().__init__(id=side)
         self._side = side
         self._shown: tuple[Stage, Film, int] | None = None
-        self._dots = Dots(1, 1)
 
     def show(self, shown: tuple[Stage, Film, int] | None) -> None:
         """Draw a moment; nothing without one."""
         self._shown = shown
-        self._draw()
+        self.redraw()
 
-    def on_resize(self) -> None:
-        """Draw anew at the new size."""
-        self._draw()
-
-    def render_line(self, y: int) -> Strip:
-        """Row ``y`` of what was drawn last."""
-        if self._dots.rows != self.size.height:
-            return Strip.blank(self.size.width, self.rich_style)
-        return self._dots.strip(y).apply_style(self.rich_style)
-
-    def _draw(self) -> None:
-        if not self.size.area:
-            return
-        self._dots = Dots(*self.size)
+    def draw(self) -> None:
+        """Which axes are shown, and the moment."""
         right, up = AXES[self._side]
-        self._dots.words(f"{self._side}  {'xyz'[right]} → {'xyz'[up]} ↑", 0, 0, self._ink("text-muted"))
+        self.dots.words(f"{self._side}  {'xyz'[right]} → {'xyz'[up]} ↑", 0, 0, self.ink("text-muted"))
         if self._shown:
             self._draw_moment(*self._shown)
-        self.refresh()
 
     def _draw_moment(self, stage: Stage, film: Film, k: int) -> None:
         k = min(max(k, 0), film.last)
@@ -99,6 +87,9 @@ class SceneView(Widget):
             self._object(stage, film.objects[k, n].astype(float), n)
         for part in gripper(film.hand[k].astype(float), float(film.force[k])):
             self._line(stage, part, "foreground")
+        if not film.arm.shape[1]:
+            (wrist,) = self._cells(stage, gripper(film.hand[k].astype(float), 0.0)[1][1:])
+            self.dots.words("hand", round(wrist[0]) + 1, round(wrist[1]), self.ink("foreground"))
 
     def _object(self, stage: Stage, pose: Array, n: int) -> None:
         colour = BANDS[n % len(BANDS)]
@@ -112,14 +103,10 @@ class SceneView(Widget):
         middle = self._cells(stage, pose[None])[0, 0]
         top = self._cells(stage, corners)[:, 1].min()
         name = stage.names[n]
-        self._dots.words(name, round(middle - len(name) / 2), int(np.floor(top)) - 1, self._ink(colour))
+        self.dots.words(name, round(middle - len(name) / 2), int(np.floor(top)) - 1, self.ink(colour))
 
     def _line(self, stage: Stage, points: Array, colour: str) -> None:
-        self._dots.line(self._cells(stage, points), self._ink(colour))
-
-    def _ink(self, name: str) -> Style:
-        colour = self.app.theme_variables.get(name, "")
-        return Style.parse(colour[:7]) if colour.startswith("#") else Style.null()
+        self.dots.line(self._cells(stage, points), self.ink(colour))
 
     def _cells(self, stage: Stage, points: Array) -> Array:
         # (N, 2) columns and rows; a cell is twice as high as wide, and both axes have the same scale.

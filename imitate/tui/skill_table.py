@@ -6,6 +6,7 @@ from textual.widgets import OptionList
 from textual.widgets.option_list import Option
 
 from imitate.skill import Segment
+from imitate.tui.chosen import Chosen
 from imitate.tui.state import Interval
 from imitate.tui.table import Table
 from imitate.tui.words import change_in_words
@@ -21,19 +22,27 @@ class SkillTable(Table):
     def __init__(self) -> None:
         super().__init__(id="segments", cursor_type="row")
 
-    def show(self, segments: tuple[Segment, ...], changes: tuple[Interval, ...]) -> None:
-        """The segments; the cursor stays where it is."""
+    def show(
+        self, segments: tuple[Segment, ...], changes: tuple[Interval, ...], chosen: tuple[Chosen, ...]
+    ) -> None:
+        """The segments, what the operator chose with a star; the cursor stays where it is."""
         row = min(max(self.cursor_row, 0), max(len(segments) - 1, 0))
         columns = COLUMNS if self.screen.size.width >= WIDE else COLUMNS[:-1]
         fits = len(self.columns) == len(columns)
         self.clear(columns=not fits)
         for name in () if fits else columns:
             self.add_column(name, key=name)
-        for i, s in enumerate(segments):
-            relevant = ", ".join(s.abstraction.relevant)
-            by = "you" if s.human else "auto"
+        for i, (s, own) in enumerate(zip(segments, chosen, strict=True)):
             change = change_in_words(changes[i]) if i < len(changes) else ""
-            about = (f"{i + 1}", f"{s.start:.2f}", f"{s.end:.2f}", relevant, s.abstraction.reference, by)
+            star = "*" if own.abstraction else ""
+            about = (
+                f"{i + 1}",
+                f"{s.start:.2f}{'*' if own.start else ''}",
+                f"{s.end:.2f}{'*' if own.end else ''}",
+                ", ".join(s.abstraction.relevant) + star,
+                s.abstraction.reference + star,
+                own.by,
+            )
             self.add_row(*(*about, change)[: len(columns)])
         if segments:
             self.move_cursor(row=row, animate=False)

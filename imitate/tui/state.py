@@ -12,16 +12,17 @@ import numpy as np
 
 from imitate.demonstration import Demonstration
 from imitate.events import Event, FormulationStarted, OptionLearned, Reformulated, TrialFinished
-from imitate.geometry import Array
 from imitate.session.progress import Attempt, Progress
 from imitate.settings import Settings
 from imitate.skill import Decision, Segment
 from imitate.tui.again import Checking, Library, Starts, Trying
+from imitate.tui.album import Album
 from imitate.tui.pace import Pace
 from imitate.tui.sighting import Sighting
 
 if TYPE_CHECKING:
     from imitate.formats.kind import Kind
+    from imitate.segmentation import Doubt
 
 Step = Literal["load", "observe", "review", "learn", "reproduce", "replay"]
 Interval = tuple[float, float]
@@ -38,6 +39,8 @@ class State:
         segments: those that result from the operator's ``decisions``.
         changes: from when to when, with 90 % probability, the motion changes at each boundary, seconds since
             the first frame; empty until it is known for these ``segments``.
+        doubts: where ``segments`` are far less likely than ``found``; empty until that is known.
+        album: the recording's pictures.
         observed: share of a recording's frames that were tracked, 0 to 1.
         sighting: those frames, once there are any.
         unseen: why a recording could not be observed; empty while it can.
@@ -62,6 +65,8 @@ class State:
     segments: tuple[Segment, ...] = ()
     decisions: tuple[Decision, ...] = ()
     changes: tuple[Interval, ...] = ()
+    doubts: tuple[Doubt, ...] = ()
+    album: Album = field(default_factory=Album)
     observed: float = 0.0
     sighting: Sighting | None = None
     unseen: str = ""
@@ -123,6 +128,7 @@ class State:
     def open(self, source: Path, kind: Kind) -> None:
         """Begin anew with another file."""
         self._leave_the_log()
+        self.album.stopping = True
         fresh = State(self.settings, self.seed, self.workers, source, kind, pace=self.pace)
         self.__dict__.update(fresh.__dict__)
 
@@ -148,12 +154,12 @@ class State:
     def show(self, demonstration: Demonstration, segments: tuple[Segment, ...]) -> None:
         """A demonstration was read or observed, and cut."""
         self.demonstration, self.found, self.segments = demonstration, segments, segments
-        self.decisions, self.changes = (), ()
+        self.decisions, self.changes, self.doubts = (), (), ()
 
     def decide(self, decision: Decision, segments: tuple[Segment, ...]) -> None:
         """The operator overruled something; ``segments`` result."""
         self.decisions = (*self.decisions, decision)
-        self.segments, self.changes = segments, ()
+        self.segments, self.changes, self.doubts = segments, (), ()
 
     @property
     def undoable(self) -> int:
@@ -313,12 +319,3 @@ def moved(
     time = float(t[target])
     inside = segments[boundary].start < time < segments[boundary + 1].end
     return Decision("move", boundary, time) if inside and time != end else None
-
-
-def distances(demonstration: Demonstration) -> dict[str, tuple[Array, Array]]:
-    """Per object: seconds since the first frame (T,) and the hand's distance to its centre (T,) in metres."""
-    t = demonstration.t - demonstration.t[0]
-    return {
-        name: (t, np.linalg.norm(demonstration.pose_of(name)[:, :3] - demonstration.hand[:, :3], axis=1))
-        for name in demonstration.object_names
-    }

@@ -13,6 +13,7 @@ from textual.worker import get_current_worker
 from imitate.events import Event
 from imitate.tui import intents
 from imitate.tui.again import Check, Checking, Depth, Library, Runs, Trying
+from imitate.tui.album import Album, Wanted
 from imitate.tui.engine import Engine
 from imitate.tui.sighting import Sighting
 from imitate.tui.state import State
@@ -123,6 +124,17 @@ class Works:
         library.reading = True
         self._start("films", partial(self._follow, "read", library, partial(self._engine.films, log)))
 
+    def pictures(self) -> None:
+        """Read the recording's pictures, once; those that a session keeps, of a session."""
+        state, album = self._state, self._state.album
+        if album.asked or state.source is None or state.kind == "demonstration":
+            return
+        album.asked = True
+        wanted = Wanted(state.source, state.settings.perception)
+        self._start(
+            "pictures", partial(self._follow, "pictures", album, partial(self._engine.pictures, wanted))
+        )
+
     def verify(self, depth: Depth) -> None:
         """Replay the session."""
         state = self._state
@@ -151,7 +163,7 @@ class Works:
     def _follow(
         self,
         work: str,
-        of: Trying | Checking | Library,
+        of: Trying | Checking | Library | Album,
         asked: Callable[[Stop], Iterable[Any]],
         stop: Stop,
     ) -> None:

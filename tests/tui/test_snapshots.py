@@ -17,12 +17,14 @@ from textual.widgets import DirectoryTree, Label, Static
 from imitate import events
 from imitate.errors import ImitateError
 from imitate.session.replay import Divergence
+from imitate.skill import Decision
 from imitate.tui.app import ImitateApp
 from imitate.tui.curve import ForceCurve
 from imitate.tui.films import FilmTable
 from imitate.tui.fingers import FingersScreen
 from imitate.tui.form import FormScreen
 from imitate.tui.intents import Pause
+from imitate.tui.looking import VIEWS, Looking
 from imitate.tui.overlay import Overlay
 from imitate.tui.player import Player
 
@@ -155,6 +157,31 @@ def test_pointing_at_the_fingers(look: Look, size: tuple[int, int]) -> None:
 def test_review(look: Look, size: tuple[int, int]) -> None:
     decided = when(lambda app: len(app.state.decisions) == 2)
     assert look(size, shown("review"), "L right", decided)
+
+
+@both
+def test_review_of_a_recording_with_a_doubted_choice(look: Look, size: tuple[int, int]) -> None:
+    def doubted(app: ImitateApp) -> Callable[[], bool]:
+        return lambda: bool(app.state.doubts) and len(app.state.album.shots) == 25
+
+    async def keys(pilot: Pilot[None]) -> None:
+        await until(pilot, doubted(pilot.app))  # type: ignore[arg-type]
+        await pilot.press("comma", "comma")
+
+    source = "fixtures/stack.mcap"
+    script = Script(watched=True)
+    assert look(size, shown("review"), "enter down enter", doubted, script, between=keys, source=source)
+
+
+@pytest.mark.parametrize("view", ["distances", "along", "lists"])
+def test_review_where_there_is_room_for_one_view(look: Look, view: str) -> None:
+    turned = when(lambda app: app.screen.query_one(Looking).has_class(view))
+    assert look(SMALL, shown("review"), " ".join("v" * VIEWS.index(view)), turned)
+
+
+def test_review_after_a_reset(look: Look) -> None:
+    reset = when(lambda app: app.state.decisions[-1:] == (Decision("reset"),))
+    assert look(SMALL, shown("review"), "L x R", reset)
 
 
 def test_review_after_an_undo(look: Look) -> None:

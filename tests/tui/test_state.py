@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 import scripted
 from hypothesis import given
@@ -12,7 +11,7 @@ from hypothesis import strategies as st
 
 from imitate import events
 from imitate.skill import Decision
-from imitate.tui.state import Curve, State, distances, moved
+from imitate.tui.state import Curve, State, moved
 from imitate.tui.words import outcome, verdict
 
 
@@ -155,15 +154,6 @@ def test_a_boundary_never_leaves_its_two_segments(boundary: int, frames: int, se
         assert segments[boundary].start < decision.time < segments[boundary + 1].end
         assert decision.time in demonstration.t
         assert decision.time != segments[boundary].end
-
-
-def test_distances_are_the_hands_to_each_object() -> None:
-    series = distances(scripted.demonstration())
-    assert list(series) == ["blue", "green"]
-    t, metres = series["blue"]
-    assert t[0] == 0
-    assert metres[150] == pytest.approx(0)  # held
-    assert np.all(metres >= 0)
 
 
 def test_every_trial_and_update_leaves_a_trace() -> None:
