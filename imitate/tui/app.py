@@ -207,6 +207,17 @@ class ImitateApp(App[None]):
     def _films(self) -> None:
         self.works.films()
 
+    @on(intents.Weigh)
+    def _weigh(self) -> None:
+        self.works.weigh()
+
+    @on(intents.Weighed)
+    def _weighed(self, message: intents.Weighed) -> None:
+        if self.state.segments is message.segments:  # else something was decided meanwhile
+            self.state.changes, self.state.doubts = message.changes, message.doubts
+            self.state.along = message.along
+            self._changed = True
+
     @on(intents.Pictures)
     def _pictures(self) -> None:
         self.works.pictures()

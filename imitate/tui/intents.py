@@ -15,10 +15,12 @@ from imitate.skill import Segment
 from imitate.tui.again import Checking, Depth, Library, Trying
 from imitate.tui.album import Album, Shot
 from imitate.tui.film import Film
+from imitate.tui.series import Series
 from imitate.tui.sighting import Sighting
-from imitate.tui.state import Step
+from imitate.tui.state import Interval, Step
 
 if TYPE_CHECKING:
+    from imitate.segmentation import Doubt
     from imitate.tui.again import Report
 
 
@@ -31,6 +33,20 @@ class Open(Message):
 
 class Decided(Message):
     """The segments, or how sure their boundaries are, are not what they were."""
+
+
+class Weigh(Message):
+    """Find out how sure the boundaries are, and what is far less likely than found, unless it is known."""
+
+
+@dataclass
+class Weighed(Message):
+    """It is known for these segments; ``along``: what each frame says for each object to move along."""
+
+    segments: tuple[Segment, ...]
+    changes: tuple[Interval, ...]
+    doubts: tuple[Doubt, ...]
+    along: Series
 
 
 class Learn(Message):

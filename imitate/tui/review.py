@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from textual import on, work
 from textual.containers import Horizontal, Vertical
 from textual.widget import Widget
 from textual.widgets import Footer, Label, Static
-from textual.worker import get_current_worker
 
 from imitate.errors import ImitateError
 from imitate.formats.output import free_name
@@ -19,18 +17,14 @@ from imitate.tui.choices import TITLE, choices_of
 from imitate.tui.chosen import DOUBTED, Chosen, chosen_of
 from imitate.tui.engine import Engine
 from imitate.tui.form import FormScreen
-from imitate.tui.intents import Choose, Decided, Failed, Go, Learn, Pictures
+from imitate.tui.intents import Choose, Decided, Failed, Go, Learn, Pictures, Weigh
 from imitate.tui.looking import Looking
 from imitate.tui.review_keys import REVIEW_HELP, REVIEW_KEYS
-from imitate.tui.series import Series
 from imitate.tui.skill_table import Alternatives, SkillTable
-from imitate.tui.state import Interval, State, moved
+from imitate.tui.state import State, moved
 from imitate.tui.step import StepScreen
 from imitate.tui.timeline import Timeline
-from imitate.tui.words import in_words, short
-
-if TYPE_CHECKING:
-    from imitate.segmentation import Doubt
+from imitate.tui.words import decided_in_words, in_words, short
 
 NUDGE = 0.1  # s
 CHANGES = ("nudge", "here", "alternatives", "split", "split_here", "merge", "undo", "redo", "reset")
@@ -48,9 +42,6 @@ class ReviewScreen(StepScreen):
         super().__init__(state)
         self.engine = engine
         self.root = root
-        self.weighed: tuple[Segment, ...] = ()
-        self._chosen: tuple[Chosen, ...] = ()
-        self._along: tuple[object, Series] | None = None
         self._said: frozenset[tuple[int, int]] = frozenset()
         self._marked = (0, -1, 0.0)
 
@@ -87,41 +78,36 @@ class ReviewScreen(StepScreen):
         """The boundary that keys move: the selected segment's end, the last one's start."""
         return min(self.selected, len(self.state.segments) - 2)
 
+    @property
+    def chosen(self) -> tuple[Chosen, ...]:
+        """What of each segment the operator chose."""
+        state = self.state
+        doubted = {k for doubt in state.doubts or () for k in range(doubt.first, doubt.last + 1)}
+        return chosen_of(state.found, state.segments, doubted)
+
     def draw(self) -> None:
         """Everything."""
         super().draw()
         state = self.state
         if state.demonstration is not None:
             self.post_message(Pictures())
-        doubted = {k for doubt in state.doubts for k in range(doubt.first, doubt.last + 1)}
-        self._chosen = chosen_of(state.found, state.segments, doubted)
-        self.query_one(SkillTable).show(state.segments, state.changes, self._chosen)
+            self.post_message(Weigh())
+        self.query_one(SkillTable).show(state.segments, state.changes, self.chosen)
         self._draw_selection()
-        self._weigh()
-        self.query_one("#decided", Static).update(f" {self._standing()}")
-
-    def _standing(self) -> str:
-        state, text = self.state, "as found; nothing decided yet"
-        if state.decisions:
-            last = str(state.decisions[-1])
-            count = "1 decision" if state.undoable == 1 else f"{state.undoable} decisions"
-            text = f"{count} of yours (w writes, R resets), the last: {last}"
-        if state.running:
-            return f"{text}  (learning runs)"
-        return text if state.editable else f"{text}  (recorded: open its demonstration to decide)"
+        self._say_doubts()
+        self.query_one("#decided", Static).update(f" {decided_in_words(state)}")
 
     def _draw_selection(self) -> None:
         state, segments = self.state, self.state.segments
-        self.query_one(Timeline).show(segments, self.selected, self.boundary, state.changes, self._chosen)
+        self.query_one(Timeline).show(segments, self.selected, self.boundary, state.changes, self.chosen)
         self.query_one("#ranked", Label).update(f"skill {self.selected + 1} may be")
         self.query_one(Alternatives).show(segments[self.selected] if segments else None)
         self._draw_doubts()
         if state.demonstration is None:
             return
         cuts = [s.end for s in segments[:-1]]
-        along = self._along[1] if self._along and self._along[0] is state.demonstration else None
         looking = self.query_one(Looking)
-        looking.show(state.demonstration, state.album, along, cuts, self.boundary)
+        looking.show(state.demonstration, state.album, state.along, cuts, self.boundary)
         marked = (id(state.demonstration), self.boundary, cuts[self.boundary] if cuts else 0.0)
         if marked != self._marked and cuts:  # the boundary that the keys move is what is looked at
             looking.go(cuts[self.boundary])
@@ -129,11 +115,21 @@ class ReviewScreen(StepScreen):
         self._draw_time()
 
     def _draw_doubts(self) -> None:
-        doubts = sorted(self.state.doubts, key=lambda d: not d.first <= self.selected <= d.last)
+        doubts = sorted(self.state.doubts or (), key=lambda d: not d.first <= self.selected <= d.last)
         more = f" ({len(doubts) - 1} more)" if len(doubts) > 1 else ""
         line = self.query_one("#doubts", Static)
         line.display = bool(doubts)
         line.update(f" {DOUBTED} {doubts[0]}{more}" if doubts else "")
+
+    def _say_doubts(self) -> None:
+        # Each once, as long as it stands.
+        doubts = self.state.doubts
+        if doubts is None:
+            return
+        for doubt in doubts:
+            if self.state.editable and (doubt.first, doubt.last) not in self._said:
+                self.notify(f"{doubt}.", title=DOUBTED, severity="warning", timeout=10, markup=False)
+        self._said = frozenset((doubt.first, doubt.last) for doubt in doubts)
 
     @on(Looking.Moved)
     def _draw_time(self) -> None:
@@ -242,44 +238,6 @@ class ReviewScreen(StepScreen):
             return
         if state.segments is segments:  # else something was decided meanwhile
             self.app.call_from_thread(self._decide, Decision("split", k, time))
-
-    def _weigh(self) -> None:
-        # How sure each boundary is, and what is far less likely, sought once for the segments as they are.
-        segments = self.state.segments
-        if segments is not self.weighed and segments and self.state.demonstration is not None:
-            self.weighed = segments
-            self._weigh_changes(segments)
-
-    @work(thread=True, exclusive=True, group="weigh", exit_on_error=False)
-    def _weigh_changes(self, segments: tuple[Segment, ...]) -> None:
-        if get_current_worker().is_cancelled:
-            return
-        state = self.state
-        settings = state.progress.settings if state.kind == "session" else state.settings
-        try:
-            shown = state.demonstration
-            assert shown is not None
-            changes = self.engine.changes(shown, segments, settings) if len(segments) > 1 else ()
-            doubts = self.engine.doubts(shown, state.found, segments, settings)
-            if self._along is None or self._along[0] is not shown:
-                self._along = shown, self.engine.along(shown, settings)
-        except Exception as error:
-            self.post_message(Failed("weigh", in_words(error)))
-            return
-        self.app.call_from_thread(self._weighed, segments, changes, doubts)
-
-    def _weighed(
-        self, segments: tuple[Segment, ...], changes: tuple[Interval, ...], doubts: tuple[Doubt, ...]
-    ) -> None:
-        state = self.state
-        if state.segments is not segments:
-            return
-        state.changes, state.doubts = changes, doubts
-        for doubt in doubts:
-            if state.editable and (doubt.first, doubt.last) not in self._said:
-                self.notify(f"{doubt}.", title=DOUBTED, severity="warning", timeout=10, markup=False)
-        self._said = frozenset((doubt.first, doubt.last) for doubt in doubts)
-        self.post_message(Decided())
 
     def action_write(self) -> None:
         """Write the decisions to a file."""

@@ -18,6 +18,7 @@ from imitate.skill import Decision, Segment
 from imitate.tui.again import Checking, Library, Starts, Trying
 from imitate.tui.album import Album
 from imitate.tui.pace import Pace
+from imitate.tui.series import Series
 from imitate.tui.sighting import Sighting
 
 if TYPE_CHECKING:
@@ -39,7 +40,9 @@ class State:
         segments: those that result from the operator's ``decisions``.
         changes: from when to when, with 90 % probability, the motion changes at each boundary, seconds since
             the first frame; empty until it is known for these ``segments``.
-        doubts: where ``segments`` are far less likely than ``found``; empty until that is known.
+        doubts: where ``segments`` are far less likely than ``found``; None until that is known.
+        weighed: the segments for which ``changes`` and ``doubts`` are sought.
+        along: what each frame says for each object to move along with the hand; None until that is known.
         album: the recording's pictures.
         observed: share of a recording's frames that were tracked, 0 to 1.
         sighting: those frames, once there are any.
@@ -65,7 +68,9 @@ class State:
     segments: tuple[Segment, ...] = ()
     decisions: tuple[Decision, ...] = ()
     changes: tuple[Interval, ...] = ()
-    doubts: tuple[Doubt, ...] = ()
+    doubts: tuple[Doubt, ...] | None = None
+    weighed: tuple[Segment, ...] = ()
+    along: Series | None = None
     album: Album = field(default_factory=Album)
     observed: float = 0.0
     sighting: Sighting | None = None
@@ -154,12 +159,12 @@ class State:
     def show(self, demonstration: Demonstration, segments: tuple[Segment, ...]) -> None:
         """A demonstration was read or observed, and cut."""
         self.demonstration, self.found, self.segments = demonstration, segments, segments
-        self.decisions, self.changes, self.doubts = (), (), ()
+        self.decisions, self.changes, self.doubts, self.along = (), (), None, None
 
     def decide(self, decision: Decision, segments: tuple[Segment, ...]) -> None:
         """The operator overruled something; ``segments`` result."""
         self.decisions = (*self.decisions, decision)
-        self.segments, self.changes, self.doubts = segments, (), ()
+        self.segments, self.changes, self.doubts = segments, (), None
 
     @property
     def undoable(self) -> int:

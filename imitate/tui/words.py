@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from imitate.tui.again import Report
     from imitate.tui.film import Film
     from imitate.tui.sighting import Sighting
+    from imitate.tui.state import State
 
 
 def listed(names: tuple[str, ...]) -> str:
@@ -64,6 +65,17 @@ def outcome(attempt: Attempt, present: bool, running: bool) -> str:
 def duration_in_words(seconds: float) -> str:
     """Seconds below two minutes, then minutes."""
     return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} min"
+
+
+def decided_in_words(state: State) -> str:
+    """How the segments stand: as found, or what the operator decided."""
+    text = "as found; nothing decided yet"
+    if state.decisions:
+        count = "1 decision" if state.undoable == 1 else f"{state.undoable} decisions"
+        text = f"{count} of yours (w writes, R resets), the last: {state.decisions[-1]}"
+    if state.running:
+        return f"{text}  (learning runs)"
+    return text if state.editable else f"{text}  (recorded: open its demonstration to decide)"
 
 
 def change_in_words(change: tuple[float, float]) -> str:

@@ -10,7 +10,9 @@ from typing import Any
 from textual.app import App
 from textual.worker import get_current_worker
 
+from imitate.demonstration import Demonstration
 from imitate.events import Event
+from imitate.skill import Segment
 from imitate.tui import intents
 from imitate.tui.again import Check, Checking, Depth, Library, Runs, Trying
 from imitate.tui.album import Album, Wanted
@@ -123,6 +125,28 @@ class Works:
             return
         library.reading = True
         self._start("films", partial(self._follow, "read", library, partial(self._engine.films, log)))
+
+    def weigh(self) -> None:
+        """How sure the boundaries are, and what is far less likely than found; once for these segments."""
+        state = self._state
+        if state.segments is state.weighed or not state.segments or state.demonstration is None:
+            return
+        state.weighed = state.segments
+        self._start("weigh", partial(self._weigh, state.demonstration, state.segments))
+
+    def _weigh(self, shown: Demonstration, segments: tuple[Segment, ...], stop: Stop) -> None:
+        state, engine = self._state, self._engine
+        settings = state.progress.settings if state.kind == "session" else state.settings
+        found, along = state.found, state.along
+        if stop():
+            return
+        try:
+            changes = engine.changes(shown, segments, settings) if len(segments) > 1 else ()
+            doubts = engine.doubts(shown, found, segments, settings)
+            along = along or engine.along(shown, settings)
+            self._post(intents.Weighed(segments, changes, doubts, along))
+        except Exception as error:
+            self._post(intents.Failed("weigh", in_words(error)))
 
     def pictures(self) -> None:
         """Read the recording's pictures, once; those that a session keeps, of a session."""

@@ -160,7 +160,7 @@ async def test_weighing_the_boundaries_does_not_block_the_keys(tmp_path: Path) -
         weighing.wait(20)
         return ((1.0, 2.0), (3.0, 4.0))
 
-    app.engine = replace(app.engine, changes=slow)
+    app.engine = app.works._engine = replace(app.engine, changes=slow)
     async with app.run_test() as pilot:
         await until(pilot, at(app, "review"))
         await pilot.press("right", "right", "u")
