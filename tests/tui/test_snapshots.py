@@ -167,6 +167,7 @@ def test_review_of_a_recording_with_a_doubted_choice(look: Look, size: tuple[int
     async def keys(pilot: Pilot[None]) -> None:
         await until(pilot, doubted(pilot.app))  # type: ignore[arg-type]
         await pilot.press("comma", "comma")
+        pilot.app.clear_notifications()  # they go by the clock
 
     source = "fixtures/stack.mcap"
     script = Script(watched=True)
