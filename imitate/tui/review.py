@@ -27,6 +27,8 @@ from imitate.tui.timeline import Timeline
 from imitate.tui.words import decided_in_words, in_words, short
 
 NUDGE = 0.1  # s
+SAID = 5
+"""s that a doubt is shown as a notice; then it stands below the lists."""
 CHANGES = ("nudge", "here", "alternatives", "split", "split_here", "merge", "undo", "redo", "reset")
 """actions that decide something."""
 
@@ -128,7 +130,7 @@ class ReviewScreen(StepScreen):
             return
         for doubt in doubts:
             if self.state.editable and (doubt.first, doubt.last) not in self._said:
-                self.notify(f"{doubt}.", title=DOUBTED, severity="warning", timeout=10, markup=False)
+                self.notify(f"{doubt}.", title=DOUBTED, severity="warning", timeout=SAID, markup=False)
         self._said = frozenset((doubt.first, doubt.last) for doubt in doubts)
 
     @on(Looking.Moved)
