@@ -80,6 +80,11 @@ class ObserveScreen(StepScreen):
         )
         yield VerticalScroll(TrackRows(), id="bodies")
 
+    def on_screen_resume(self) -> None:
+        """What a notice said of losses is shown here."""
+        super().on_screen_resume()
+        self.app.clear_notifications()
+
     def draw(self) -> None:
         """As far as it is, or why it goes no further."""
         super().draw()

@@ -120,6 +120,7 @@ def pictured(
     async def before(pilot: Pilot[Any]) -> None:
         await run(pilot)
         await until(pilot, lambda: not app._changed)
+        app.clear_notifications()  # they go by the clock
         await drawn(pilot)
 
     return compare(app, terminal_size=size, run_before=before)
