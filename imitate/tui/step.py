@@ -30,6 +30,7 @@ class StepScreen(Screen[None]):
     def __init__(self, state: State) -> None:
         super().__init__()
         self.state = state
+        self._keys: tuple[tuple[str, str, bool], ...] = ()
 
     def compose(self) -> ComposeResult:
         """The road, the step's own widgets, the keys."""
@@ -57,6 +58,14 @@ class StepScreen(Screen[None]):
         """Draw anew, once there are widgets to draw on."""
         if self.is_mounted and self.is_attached:
             self.draw()
+            self._draw_keys()
+
+    def _draw_keys(self) -> None:
+        # Textual's footer is made anew each time, and what it was made of before is never freed.
+        active = self.active_bindings.values()
+        keys = tuple((key.binding.key, key.binding.action, key.enabled) for key in active)
+        if keys != self._keys:
+            self._keys = keys
             self.refresh_bindings()
 
     def action_back(self) -> None:
