@@ -57,8 +57,8 @@ def test_memory_over_five_hundred_trials(tmp_path, capsys):
     _, late, late_child = seen[-2]
     with capsys.disabled():
         print(
-            f"\n{trials} trials, {size / 1e6:.0f} MB of log; from trial {EARLY} to the last: the program from "
-            f"{early:.0f} to {late:.0f} MiB, its child from {early_child:.0f} to {late_child:.0f} MiB"
+            f"\n{trials} trials, {size / 1e6:.0f} MB of log; from trial {EARLY} to the last: the program "
+            f"from {early:.0f} to {late:.0f} MiB, its child from {early_child:.0f} to {late_child:.0f} MiB"
         )
     assert trials >= 500
     assert late - early < MOST
