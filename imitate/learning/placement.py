@@ -87,9 +87,10 @@ def unseen(seen: Sightings | None, object_names: Sequence[str], bodies: Iterable
 
 
 def resting(poses: Array, time_step: float, settings: Learning) -> bool:
-    """Whether a body's trajectory (N, 7) moved by less than a tenth of the tolerance in its last moments."""
+    """Whether a body's trajectory (N, 7) moved by less than a share of the tolerance in its last moments."""
     back = min(len(poses), max(1, round(settings.rest_time / time_step)))
     before, now = poses[-back], poses[-1]
     moved = float(np.linalg.norm(now[:3] - before[:3]))
     turned = float(np.rad2deg(angle_between(before, now)))
-    return moved < settings.near / 10 and turned < settings.near_angle / 10
+    share = settings.rest_share_seen if settings.observe_trials else settings.rest_share
+    return moved < share * settings.near and turned < share * settings.near_angle

@@ -175,10 +175,13 @@ class Simulator:
         return look
 
     def _look_ticks(self, ticks: int) -> set[int]:
-        # After which of so many control ticks the scene is looked at: the rest before the end is judged too.
+        # After which of so many control ticks the scene is looked at: the rest before the end is judged too,
+        # and until then the tracker settles.
         s, rate = self.settings.learning, self.settings.world.control_rate
-        every = max(1, round(rate / s.observe_rate))
-        return {*range(every, ticks, every), max(1, ticks - round(s.rest_time * rate)), ticks}
+        every, often = (max(1, round(rate / r)) for r in (s.observe_rate, s.observe_rate_settling))
+        rest = ticks - round(s.rest_time * rate)
+        settling = range(rest, rest - round(s.observe_settling * rate) - 1, -often)
+        return {*range(every, ticks, every), *(max(1, tick) for tick in settling), ticks}
 
     def _execute(
         self, commands: Array, steps: _Steps, limit: int | None = None, look: _Observe | None = None

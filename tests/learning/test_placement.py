@@ -3,10 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from records import moved, still
 
 from imitate.geometry import relative
-from imitate.learning.placement import misplaced, placements
+from imitate.learning.placement import misplaced, placements, resting
 from imitate.settings import Settings
 
 LEARNING = Settings().learning
@@ -54,3 +55,14 @@ def test_moving_both_objects_together_keeps_the_place(stacking):
     demonstration, segments = stacking
     both = moved(moved(still(demonstration), 0, [0.2, 0.1, 0]), 1, [0.2, 0.1, 0])
     assert misplaced(both, NAMES, placements(demonstration, segments), LEARNING) == ""
+
+
+@pytest.mark.parametrize(
+    ("off", "physics", "camera"), [(0.001, True, True), (0.004, False, True), (0.006, False, False)]
+)
+def test_a_body_rests_within_what_each_way_of_knowing_can_tell(off, physics, camera):
+    poses = np.tile([0.0, 0, 0, 0, 0, 0, 1], (100, 1))
+    poses[80:, 0] = off
+    for observe_trials, rests in ((False, physics), (True, camera)):
+        settings = LEARNING.model_copy(update={"observe_trials": observe_trials})
+        assert resting(poses, 1 / 240, settings) == rests

@@ -84,6 +84,15 @@ def test_the_rest_before_the_end_is_looked_at(outcome):
     assert outcome.record.steps - rest in outcome.seen.steps
 
 
+def test_before_that_it_is_looked_at_often_for_the_tracker_to_settle(outcome):
+    s, rate = WATCHED.learning, WATCHED.world.physics_rate
+    rest = outcome.record.steps - round(s.rest_time * rate)
+    begin = rest - round(s.observe_settling * rate)
+    settling = [step for step in outcome.seen.steps if begin <= step <= rest]
+    assert len(settling) == 1 + round(s.observe_settling * s.observe_rate_settling)
+    assert max(np.diff(settling)) <= rate / s.observe_rate_settling
+
+
 def test_chance_is_the_tasks_and_not_the_workers(spec, short):
     start = shown_start(spec)
     brief = replace(short, duration=0.3)
