@@ -11,7 +11,7 @@ from textual_plot import HiResMode, PlotWidget
 from textual_plot.plot_widget import Legend
 
 from imitate.geometry import Array
-from imitate.tui.state import Curve, Terms
+from imitate.tui.costs import Curve, Terms
 
 SIGNS: dict[Terms, tuple[str, str]] = {
     "end": ("e", "text-accent"),

@@ -16,12 +16,13 @@ from imitate.policy.force import forces
 from imitate.session.progress import Attempt
 from imitate.tui.attempts import AttemptTable
 from imitate.tui.choices import TITLE, choices_of
+from imitate.tui.costs import TERMS, Curve, Terms
 from imitate.tui.curve import SIGNS, CostCurve, ForceCurve
 from imitate.tui.form import FormScreen
 from imitate.tui.intents import Choose, GoOn, Learn, Pause, Skip, Stop
 from imitate.tui.learn_words import attempt_words, banner_words, branch_words, skip_question, threshold
 from imitate.tui.notes import ConfirmScreen
-from imitate.tui.state import TERMS, Curve, State, Terms
+from imitate.tui.state import State
 from imitate.tui.step import StepScreen
 from imitate.world.robot import robot_of
 

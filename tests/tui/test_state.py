@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from imitate import events
 from imitate.skill import Decision
-from imitate.tui.state import Curve, State, moved
+from imitate.tui.costs import Curve
+from imitate.tui.state import State, moved
 from imitate.tui.words import outcome, verdict
 
 
