@@ -162,8 +162,8 @@ async def until(pilot: Pilot[None], holds: Callable[[], bool], seconds: float = 
 async def drawn(pilot: Pilot[None]) -> None:
     """Wait until nothing is left to draw, and what is on the screen stays the same for a while."""
     before, same = None, 0
-    while same < 4:
-        await pilot.pause(0.05)
+    while same < 8:
+        await pilot.pause(0.1)
         await pilot.pause()
         now = [list(strip) for strip in pilot.app.screen._compositor.render_strips()]
         before, same = now, same + 1 if now == before else 0

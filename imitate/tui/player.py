@@ -65,6 +65,10 @@ class Player(Vertical):
             self.frame = min(max(frame, 0), self.film.last)
         self.draw()
 
+    def on_resize(self) -> None:
+        """The bar is as long as there is room for it."""
+        self.draw()
+
     def _tick(self) -> None:
         if not (self.playing and self.film and self.screen.is_current):
             return

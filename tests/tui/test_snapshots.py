@@ -62,14 +62,19 @@ def look(
         app.animation_level = "none"
 
         async def run(pilot: Pilot[None]) -> None:
+            def weighed() -> bool:
+                return not at(app, "review")() or bool(app.state.changes)
+
             await until(pilot, ready(app))
+            await until(pilot, weighed)  # keys that come earlier meet another state
             for key in keys.split():
                 await pilot.press(key)
+                await pilot.pause()
             if between:
                 await between(pilot)
             if then:
                 await until(pilot, then(app))
-            await until(pilot, lambda: not at(app, "review")() or bool(app.state.changes))
+            await until(pilot, weighed)
             await until(pilot, lambda: not app._changed)
             await drawn(pilot)
 
