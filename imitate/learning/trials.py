@@ -53,8 +53,18 @@ class Task:
 
 def process_pool(workers: int) -> ExecutorFactory:
     """A factory of local process pools; a spawned process inherits nothing but what it is sent."""
-    spawn = get_context("spawn")
-    return partial(ProcessPoolExecutor, workers, mp_context=spawn, initializer=_end_with_parent)
+    return partial(_pool, workers)
+
+
+def _pool(workers: int) -> ProcessPoolExecutor:
+    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_end_with_parent)
+    for _ in range(workers):
+        pool.submit(_import_all)  # a second's work, while whoever made the pool prepares the first task
+    return pool
+
+
+def _import_all() -> None:
+    """Nothing: to have it, a worker has imported this module and all that trials need."""
 
 
 def _end_with_parent() -> None:
