@@ -14,8 +14,11 @@ from imitate.cli import console
 if TYPE_CHECKING:
     import numpy as np
 
-    from imitate.world.demonstrator import Viewpoint
+    from imitate.settings import Perception
+    from imitate.world.demonstrator import Film, Viewpoint
+    from imitate.world.look import Look
     from imitate.world.performance import Performance
+    from imitate.world.sensor import Sensor
 
 TASKS = ("stack", "box", "push", "unstack", "three", "person")
 PERSON = "human_stack.npz"
@@ -69,9 +72,7 @@ def demonstrate(
     camera is as noisy as a Kinect.
     """
     from imitate.errors import UnknownNameError
-    from imitate.formats.demonstrations import write_demonstration
     from imitate.formats.output import refuse_existing, require_mcap
-    from imitate.formats.recordings import write_recording
     from imitate.settings import load_settings
 
     if task not in TASKS:
@@ -85,28 +86,26 @@ def demonstrate(
 
     import numpy as np
 
-    from imitate.world.demonstrator import film, plan_film
-    from imitate.world.look import Look, draw_look
-    from imitate.world.sensor import SENSORS
+    from imitate.world.demonstrator import plan_film
 
-    if sensor not in SENSORS:
-        raise UnknownNameError("sensor", sensor, SENSORS)
-    if room not in ("plain", "any"):
-        raise UnknownNameError("room", room, ("plain", "any"))
     generator = np.random.default_rng(seed)
-    place = _viewpoint(viewpoint, generator)
-    look = replace(draw_look(generator) if room == "any" else Look(), arm=arm)
-    plan = plan_film(shown, width, height, rate, place, SENSORS[sensor], look)
+    place, look = _viewpoint(viewpoint, generator), _look(room, arm, generator)
+    plan = plan_film(shown, width, height, rate, place, _sensor(sensor), look)
     if truth:
-        write_demonstration(plan.performance.demonstration, truth, force)
-        if shown.segments:
-            _write_skills(truth.with_suffix(".json"), shown, force)
-    frames = len(plan.performance.demonstration.t)
+        _write_truth(truth, plan, shown, force)
+    _film(plan, hand, seed, task, output, force)
+
+
+def _film(plan: Film, hand: Perception, seed: int, task: str, output: Path, force: bool) -> None:
+    from imitate.formats.recordings import write_recording
+    from imitate.world.demonstrator import film
+
+    frames, of = len(plan.performance.demonstration.t), plan.camera.intrinsics
     with console.progress() as bar:
         filmed = bar.track(film(plan, hand, seed), total=frames, description=f"filming {task}")
-        write_recording(output, plan.camera.intrinsics, filmed, force)
+        write_recording(output, of, filmed, force)
     megabytes = output.stat().st_size / 1e6
-    console.narrate(f"{output}: {frames} frames of {width}×{height}, {megabytes:.1f} MB")
+    console.narrate(f"{output}: {frames} frames of {of.width}×{of.height}, {megabytes:.1f} MB")
 
 
 def _performance(task: str, demonstration: Path | None, seed: int) -> Performance:
@@ -139,10 +138,30 @@ def _viewpoint(text: str, generator: np.random.Generator) -> Viewpoint:
     )
 
 
-def _write_skills(path: Path, performance: Performance, force: bool) -> None:
-    """The right segmentation, as `imitate segment --json` prints one."""
+def _look(room: str, arm: bool, generator: np.random.Generator) -> Look:
+    from imitate.errors import UnknownNameError
+    from imitate.world.look import Look, draw_look
+
+    if room not in ("plain", "any"):
+        raise UnknownNameError("room", room, ("plain", "any"))
+    return replace(draw_look(generator) if room == "any" else Look(), arm=arm)
+
+
+def _sensor(name: str) -> Sensor:
+    from imitate.errors import UnknownNameError
+    from imitate.world.sensor import SENSORS
+
+    if name not in SENSORS:
+        raise UnknownNameError("sensor", name, SENSORS)
+    return SENSORS[name]
+
+
+def _write_truth(path: Path, plan: Film, shown: Performance, force: bool) -> None:
+    # The true poses, and the right segmentation as `imitate segment --json` prints one.
+    from imitate.formats.demonstrations import write_demonstration
     from imitate.formats.output import new_file
 
+    write_demonstration(plan.performance.demonstration, path, force)
     skills = [
         {
             "start": s.start,
@@ -150,10 +169,11 @@ def _write_skills(path: Path, performance: Performance, force: bool) -> None:
             "relevant": list(s.abstraction.relevant),
             "reference": s.abstraction.reference,
         }
-        for s in performance.segments
+        for s in shown.segments
     ]
-    with new_file(path, force) as temporary:
-        temporary.write_text(json.dumps({"segments": skills}, indent=1) + "\n", encoding="utf-8")
+    if skills:
+        with new_file(path.with_suffix(".json"), force) as temporary:
+            temporary.write_text(json.dumps({"segments": skills}, indent=1) + "\n", encoding="utf-8")
 
 
 def _pixels(size: str) -> tuple[int, int]:

@@ -10,7 +10,7 @@ import typer
 from imitate.cli import console
 
 if TYPE_CHECKING:
-    from imitate.formats.mcap_file import Contents
+    from imitate.formats.mcap_contents import Contents
 
 _SMALL = 1 << 27
 """bytes up to which a file is read whole, so that damage in its middle is found too."""
@@ -31,7 +31,7 @@ def info(
     """
     from imitate.errors import FileError
     from imitate.formats.kind import kind_of
-    from imitate.formats.mcap_file import contents
+    from imitate.formats.mcap_contents import contents
 
     found: dict[str, Any] = {"file": str(file), "kind": "other"}
     try:

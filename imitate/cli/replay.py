@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from imitate.cli import console
+from imitate.cli import console, replayed
 
 if TYPE_CHECKING:
-    from imitate.session.replay import Divergence, Part, ReplayReport
+    from imitate.session.replay import Part, ReplayReport
     from imitate.session.rerun import RerunReport
     from imitate.session.resimulation import Depth
-    from imitate.session.viewer import Viewer
 
 
 def replay(
@@ -64,13 +63,9 @@ def replay(
     import os
 
     from imitate.errors import UsageError
-    from imitate.formats.foxglove_layout import write_layout
-    from imitate.formats.mcap_file import contents
     from imitate.formats.output import refuse_existing
     from imitate.formats.session_log import summarise
-    from imitate.formats.session_pictures import kept_pictures
     from imitate.session.replay import Part
-    from imitate.session.viewer import Viewer
 
     if physics + policy + whole > 1:
         raise UsageError("--physics, --policy and --session are three depths: give one of them.")
@@ -89,15 +84,11 @@ def replay(
     else:
         report = _trials_again(session, count, robot, atol, total, "policy" if policy else "physics", part)
     if rrd:
-        _write_view(session, Viewer(rrd, force, spawn, kept_pictures(session)), total)
+        _write_view(session, rrd, force, spawn, total)
     if layout:
-        write_layout(layout, contents(session).topics, force)
-        console.narrate(f"{layout}: in Foxglove, Layouts, Import from file")
-    for difference in report.machine:
-        console.narrate(f"warning: {session} was {difference}")
-    for damage in report.damage:
-        console.narrate(f"warning: {session} is damaged: {damage}. What was whole before it was replayed.")
-    console.write_json(_plain(report)) if as_json else _show(report)
+        _write_layout(session, layout, force)
+    replayed.warn(session, report)
+    console.write_json(replayed.plain(report)) if as_json else replayed.show(report)
     if report.divergent or report.damage:
         raise typer.Exit(console.Exit.LOSSY)
 
@@ -127,68 +118,23 @@ def _session_again(session: Path, workers: int, robot: str, atol: float, total: 
         )
 
 
-def _write_view(session: Path, viewer: Viewer, total: int) -> None:
+def _write_view(session: Path, path: Path, force: bool, spawn: bool, total: int) -> None:
     from imitate.events import TrialFinished
     from imitate.formats.session_log import read_session
+    from imitate.formats.session_pictures import kept_pictures
+    from imitate.session.viewer import Viewer
 
-    with console.progress() as bar, viewer:
+    with console.progress() as bar, Viewer(path, force, spawn, kept_pictures(session)) as viewer:
         task = bar.add_task("writing for Rerun", total=total)
         for event in read_session(session):
             viewer.write(event)
             bar.advance(task, isinstance(event, TrialFinished))
-    console.narrate(f"{viewer.path}: open it with `rerun {viewer.path}`")
+    console.narrate(f"{path}: open it with `rerun {path}`")
 
 
-def _plain(report: ReplayReport | RerunReport) -> dict[str, Any]:
-    from imitate.session.rerun import RerunReport
+def _write_layout(session: Path, path: Path, force: bool) -> None:
+    from imitate.formats.foxglove_layout import write_layout
+    from imitate.formats.mcap_contents import contents
 
-    first, event = report.first_divergence, {}
-    found: dict[str, Any]
-    if isinstance(report, RerunReport):
-        found = {"events": report.events, "messages": report.messages}
-        event = {"event": first.event, "number": first.number} if first else {}
-    else:
-        found = {"steps": report.steps}
-    found |= {"divergent": report.divergent, "first_divergence": None}
-    if first is not None:
-        found["first_divergence"] = event | {
-            "step": first.step,
-            "segment": first.segment,
-            "trial": first.trial,
-            "field": first.field,
-            "recorded": console.number(first.recorded),
-            "replayed": console.number(first.replayed),
-        }
-    return found
-
-
-def _show(report: ReplayReport | RerunReport) -> None:
-    from imitate.session.rerun import RerunReport
-
-    if isinstance(report, RerunReport):
-        what, kind = f"{report.events:,} events with {report.messages:,} messages", "events"
-        same = "every message is the same"
-    else:
-        what, kind = f"{report.steps:,} steps of {report.trials:,} trials", "steps"
-        same = "every double of every step is the same"
-    if report.first_divergence is None:
-        console.write(f"{what} replayed: {same}.")
-    else:
-        console.write(f"{what} replayed: {report.divergent:,} {kind} differ.")
-        console.write(_in_words(report.first_divergence))
-    if isinstance(report, RerunReport):
-        if not report.finished:
-            console.write("The session had not ended; it was run again as far as it went.")
-    elif report.unrecorded:
-        console.write(f"{report.unrecorded:,} trials were recorded without their steps.")
-
-
-def _in_words(first: Divergence) -> str:
-    step = [] if first.step is None else [f"step {first.step}"]
-    trial = [] if first.trial is None else [f"trial {first.trial}"]
-    segment = [] if first.segment is None else [f"segment {first.segment}, formulation {first.formulation}"]
-    where = " of ".join(step + trial + segment)
-    if first.number is not None:
-        where = f"event {first.number}, {first.event}" + (f", {where}" if where else "")
-    values = f"{first.field} was recorded as {first.recorded!r}, replayed as {first.replayed!r}"
-    return f"First at {where}: {values}."
+    write_layout(path, contents(session).topics, force)
+    console.narrate(f"{path}: in Foxglove, Layouts, Import from file")

@@ -24,7 +24,7 @@ def resume(
     """
     import os
 
-    from imitate.cli.learn import follow
+    from imitate.cli.following import follow
     from imitate.formats.session_log import summarise
     from imitate.learning.trials import executors
     from imitate.session.resume import Resumption

@@ -15,7 +15,8 @@ from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.message import DecodeError, Message
 
 from imitate.errors import FileError, UnknownNameError
-from imitate.formats.mcap_file import McapReader, RawMessage, contents
+from imitate.formats.mcap_contents import contents
+from imitate.formats.mcap_file import McapReader, RawMessage
 from imitate.formats.messages import message_class
 from imitate.formats.ros2 import Ros2Decoder
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 from imitate.errors import FileError
-from imitate.formats.mcap_file import contents
+from imitate.formats.mcap_contents import contents
 
 Kind = Literal["demonstration", "recording", "session", "cloud"]
 TableFormat = Literal["npz", "csv", "parquet", "hdf5"]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import struct
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
@@ -30,8 +30,7 @@ _CONVERT = {
 LARGEST_CHUNK = 1 << 30
 """bytes of an uncompressed chunk beyond which a file is taken as damaged rather than believed."""
 
-# Beside its own errors mcap raises these on damaged input; lz4 raises RuntimeError, bad UTF-8 a ValueError.
-_DAMAGE = (
+DAMAGE = (
     McapError,
     struct.error,
     zstandard.ZstdError,
@@ -41,6 +40,7 @@ _DAMAGE = (
     OverflowError,
     MemoryError,
 )
+"""beside its own errors mcap raises these on damaged input: lz4 a RuntimeError, bad UTF-8 a ValueError."""
 
 
 @dataclass(frozen=True)
@@ -62,26 +62,6 @@ class RawMessage:
     schema: bytes
     time: int
     data: bytes
-
-
-@dataclass(frozen=True)
-class Contents:
-    """What is inside an MCAP file.
-
-    Attributes:
-        topics: topic → (schema name, number of messages).
-        metadata: name → key → value.
-        attachments: names.
-        start, end: nanoseconds, first and last log time; 0 without messages.
-        damage: what is wrong with the file, in words; empty when it is whole.
-    """
-
-    topics: Mapping[str, tuple[str, int]]
-    metadata: Mapping[str, Mapping[str, str]]
-    attachments: tuple[str, ...]
-    start: int
-    end: int
-    damage: tuple[str, ...]
 
 
 @dataclass
@@ -149,7 +129,7 @@ class McapReader:
                 for at in sorted(indexed):  # a record whose kind was changed is passed over, not refused
                     self._note(f"no chunk that ends at byte {at:,}, where its index has one")
                 return
-            except _DAMAGE as error:
+            except DAMAGE as error:
                 # a record longer than the file is the usual sight of a file that was cut inside a chunk
                 if stream.tell() >= size or isinstance(error, EndOfFile | RecordLengthLimitExceeded):
                     self._note(f"cut at byte {size:,}: the end of the file is missing")
@@ -163,7 +143,7 @@ class McapReader:
         try:
             _check_chunk_size(record)
             return breakup_chunk(record, validate_crc=True)
-        except _DAMAGE as error:
+        except DAMAGE as error:
             self._note(f"a damaged chunk that ends at byte {at:,} ({_words(error)})")
             return ()
 
@@ -199,73 +179,6 @@ def check_magic(path: Path) -> None:
         )
 
 
-def contents(path: Path, thorough: bool = False) -> Contents:
-    """What is inside: from the file's summary where it has a sound one, else by reading all of it.
-
-    Args:
-        path: the file.
-        thorough: read all of it in any case, so that a damaged chunk in the middle is found.
-
-    Raises:
-        FileError: no such file, or not an MCAP file.
-    """
-    path = Path(path)
-    check_magic(path)
-    if thorough:
-        return _scanned_contents(path)
-    try:
-        return _indexed_contents(path)
-    except (*_DAMAGE, OSError, StopIteration):
-        return _scanned_contents(path)
-
-
-def _indexed_contents(path: Path) -> Contents:
-    with path.open("rb") as stream:
-        reader = SeekingReader(stream, record_size_limit=path.stat().st_size)
-        summary = reader.get_summary()
-        if summary is None or summary.statistics is None:
-            raise McapError("no summary")
-        statistics = summary.statistics
-        if statistics.metadata_count != len(summary.metadata_indexes):
-            raise McapError("no index of the metadata")
-        if statistics.attachment_count != len(summary.attachment_indexes):
-            raise McapError("no index of the attachments")
-        if statistics.channel_count != len(summary.channels):
-            raise McapError("no copy of the channels")
-        counts: dict[str, tuple[str, int]] = {}
-        for key, channel in summary.channels.items():
-            name = summary.schemas[channel.schema_id].name if channel.schema_id else ""
-            before = counts.get(channel.topic, (name, 0))[1]
-            counts[channel.topic] = (name, before + statistics.channel_message_counts.get(key, 0))
-        return Contents(
-            topics=counts,
-            metadata={record.name: dict(record.metadata) for record in reader.iter_metadata()},
-            attachments=tuple(index.name for index in summary.attachment_indexes),
-            start=statistics.message_start_time,
-            end=statistics.message_end_time,
-            damage=(),
-        )
-
-
-def _scanned_contents(path: Path) -> Contents:
-    reader = McapReader(path)
-    counts: Counter[str] = Counter()
-    schemas: dict[str, str] = {}
-    times = []
-    for message in reader.messages():
-        counts[message.topic] += 1
-        schemas[message.topic] = message.schema_name
-        times.append(message.time)
-    return Contents(
-        topics={topic: (schemas[topic], count) for topic, count in counts.items()},
-        metadata=reader.metadata,
-        attachments=tuple(reader.attachments),
-        start=min(times, default=0),
-        end=max(times, default=0),
-        damage=tuple(reader.damage),
-    )
-
-
 def _described(
     path: Path,
 ) -> tuple[dict[int, records.Schema], dict[int, records.Channel], dict[int, set[int]], dict[int, int]]:
@@ -277,7 +190,7 @@ def _described(
     try:
         with path.open("rb") as stream:
             summary = SeekingReader(stream, record_size_limit=path.stat().st_size).get_summary()
-    except (*_DAMAGE, OSError, StopIteration):
+    except (*DAMAGE, OSError, StopIteration):
         summary = None
     if summary is None:
         return {}, {}, {}, {}

@@ -22,7 +22,8 @@ from imitate.errors import FileError
 from imitate.formats.curves import curve_channel, curve_message
 from imitate.formats.kind import METADATA, POSE_SCHEMAS, listed
 from imitate.formats.mapping import LENGTHS, Body, Mapping
-from imitate.formats.mcap_file import McapReader, contents
+from imitate.formats.mcap_contents import contents
+from imitate.formats.mcap_file import McapReader
 from imitate.formats.mcap_writer import Channel, McapWriter, protobuf_channel
 from imitate.formats.opening import OPENING, in_metres
 from imitate.formats.table import with_offset

@@ -13,7 +13,8 @@ from imitate.formats.camera_messages import Calibration, CameraReader
 from imitate.formats.distances import check_distances
 from imitate.formats.frames import damaged
 from imitate.formats.kind import CLOUDS
-from imitate.formats.mcap_file import Contents, McapReader, RawMessage
+from imitate.formats.mcap_contents import Contents
+from imitate.formats.mcap_file import McapReader, RawMessage
 from imitate.formats.organised import fitted_intrinsics
 from imitate.rgbd import Intrinsics, RgbdFrame
 from imitate.settings import Perception

@@ -12,7 +12,8 @@ from imitate.errors import FileError
 from imitate.formats.camera_messages import CALIBRATIONS, TRANSFORMS, CameraReader, Picture
 from imitate.formats.frames import MILLIMETRE, Streams, damaged, undecodable
 from imitate.formats.kind import METADATA, PICTURES
-from imitate.formats.mcap_file import Contents, McapReader, RawMessage, contents
+from imitate.formats.mcap_contents import Contents, contents
+from imitate.formats.mcap_file import McapReader, RawMessage
 from imitate.formats.pairing import COLOUR, DEPTH, Stamped, Tally
 from imitate.formats.pictures import is_depth
 from imitate.formats.rgbd_clouds import CloudRecording, open_clouds

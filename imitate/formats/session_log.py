@@ -16,7 +16,8 @@ from imitate import __version__
 from imitate.errors import FileError
 from imitate.events import Event, TrialFinished
 from imitate.formats.kind import METADATA
-from imitate.formats.mcap_file import McapReader, RawMessage, contents
+from imitate.formats.mcap_contents import contents
+from imitate.formats.mcap_file import McapReader, RawMessage
 from imitate.formats.messages import decode, message_class
 from imitate.formats.session_messages import KINDS, Stamped, topic_of
 from imitate.formats.session_pictures import TOPICS as PICTURES

@@ -16,7 +16,8 @@ from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from numpy.typing import NDArray
 
 from imitate.formats.frames import MILLIMETRE
-from imitate.formats.mcap_file import McapReader, contents
+from imitate.formats.mcap_contents import contents
+from imitate.formats.mcap_file import McapReader
 from imitate.formats.mcap_writer import Channel, protobuf_channel
 from imitate.formats.recordings import CALIBRATION, COLOUR, DEPTH, calibration, colour_picture
 from imitate.formats.session_messages import Stamped

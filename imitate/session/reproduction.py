@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -52,6 +52,35 @@ def reproduce_session(
         FileError: not a session, or one in which some skill was not learned; names it.
         SceneError: the robot's files are missing or are not those recorded; or a pose is out of reach.
     """
+    found = _finished(path)
+    given = {"shift": shift, "turn": turn, "observe_trials": observe_trials}
+    changed = {name: value for name, value in given.items() if value is not None}
+    settings = settings_from_toml(found.started.settings)
+    settings = settings.model_copy(update={"learning": settings.learning.model_copy(update=changed)})
+    demonstration = interpolated(found.started.demonstration)
+    segments = as_stated(found.segments, [formulation for formulation, _ in found.learned])
+    options = tuple(
+        Option(formulate(demonstration, segments, formulation, settings), option.policy, option.initiation)
+        for formulation, option in found.learned
+    )
+    scene = located(found.started.scene, robot)
+    if poses is not None:
+        scene = replace(scene, object_poses=poses)
+        check_within_reach(scene, scene.object_names)
+    with Trials(factory, scene, settings) as trials:
+        seeds = np.random.SeedSequence(seed)
+        yield from reproduce(demonstration, segments, options, trials, seeds, count)
+
+
+@dataclass(frozen=True)
+class _Finished:
+    # A session in which every skill was learned: of each the formulation that was, and its option.
+    started: events.SessionStarted
+    segments: tuple[Segment, ...]
+    learned: tuple[tuple[Formulation, events.OptionLearned], ...]
+
+
+def _finished(path: Path) -> _Finished:
     started: events.SessionStarted | None = None
     segments: tuple[Segment, ...] = ()
     stated: dict[tuple[int, int], Formulation] = {}
@@ -76,20 +105,4 @@ def reproduce_session(
             f"{name} was not learned in this session, so there is no whole task to reproduce",
             f"Learn again with another seed: imitate learn {started.source} --seed {started.seed + 1}",
         )
-    settings = settings_from_toml(started.settings)
-    given = {"shift": shift, "turn": turn, "observe_trials": observe_trials}
-    changed = {name: value for name, value in given.items() if value is not None}
-    settings = settings.model_copy(update={"learning": settings.learning.model_copy(update=changed)})
-    demonstration = interpolated(started.demonstration)
-    segments = as_stated(segments, [formulation for formulation, _ in learned.values()])
-    options = tuple(
-        Option(formulate(demonstration, segments, formulation, settings), option.policy, option.initiation)
-        for formulation, option in learned.values()
-    )
-    scene = located(started.scene, robot)
-    if poses is not None:
-        scene = replace(scene, object_poses=poses)
-        check_within_reach(scene, scene.object_names)
-    with Trials(factory, scene, settings) as trials:
-        seeds = np.random.SeedSequence(seed)
-        yield from reproduce(demonstration, segments, options, trials, seeds, count)
+    return _Finished(started, segments, tuple(learned.values()))

@@ -1,4 +1,4 @@
-"""A session as a Rerun recording: every step, by columns, a trial at a time. Only this file imports rerun.
+"""A session as a Rerun recording: every step, by columns, a trial at a time.
 
 Entities::
 
@@ -21,13 +21,12 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from imitate.errors import FileError, ImitateError
 from imitate.events import (
@@ -47,8 +46,16 @@ from imitate.events import (
 )
 from imitate.formats.output import refuse_existing
 from imitate.formats.session_messages import Stamped
-from imitate.geometry import Array
-from imitate.record import SceneSpec, Sightings, TrialRecord
+from imitate.record import SceneSpec
+from imitate.session.view_columns import (
+    clock_of,
+    draw_scene,
+    entity_of,
+    send_arm,
+    send_poses,
+    send_record,
+    send_seen,
+)
 from imitate.session.view_pictures import CAMERA, show_pictures
 from imitate.world.skeleton import Skeleton
 
@@ -56,12 +63,6 @@ if TYPE_CHECKING:
     import rerun as rr
 
 APPLICATION = "imitate"
-_AXIS = 0.06
-"""m, length of the axes drawn at the hand."""
-_ARM = 0.025
-"""m, radius of the arm's line."""
-_ARM_RATE = 30
-"""times a second that it is drawn."""
 
 
 class Viewer:
@@ -140,16 +141,16 @@ class Viewer:
             rr.spawn(connect=False)
             sinks.append(rr.GrpcSink())
         self._recording.set_sinks(*sinks, default_blueprint=_blueprint(self._pictures is not None))
-        _draw_scene(self._recording, event.scene)
+        draw_scene(self._recording, event.scene)
         self._skeleton = _skeleton(event.scene)
         demonstration = event.demonstration
         times = demonstration.t - demonstration.t[0]
         bodies = {"hand": demonstration.hand}
         for k, name in enumerate(demonstration.object_names):
-            bodies[_object(name)] = demonstration.objects[:, k]
+            bodies[entity_of(name)] = demonstration.objects[:, k]
         for name, poses in bodies.items():
             seen = ~np.isnan(poses[:, 0])
-            _send_poses(self._recording, f"demonstration/{name}", _clock(times[seen]), poses[seen])
+            send_poses(self._recording, f"demonstration/{name}", clock_of(times[seen]), poses[seen])
         if self._pictures is not None:
             show_pictures(self._recording, self._pictures)
         self._time = float(times[-1])
@@ -165,11 +166,11 @@ class Viewer:
         import rerun as rr
 
         if event.record is not None:
-            _send_record(recording, event.record, self._scene.object_names, self._time)
+            send_record(recording, event.record, self._scene.object_names, self._time)
             if event.seen is not None:
-                _send_seen(recording, event.seen, event.record, self._scene.object_names, self._time)
+                send_seen(recording, event.seen, event.record, self._scene.object_names, self._time)
             if self._skeleton:
-                _send_arm(recording, event.record, self._skeleton, self._time)
+                send_arm(recording, event.record, self._skeleton, self._time)
             self._time += event.record.steps * event.record.time_step
         here = [
             rr.TimeColumn("time", duration=[self._time]),
@@ -216,89 +217,6 @@ def _blueprint(pictures: bool) -> Any:
             ),
         )
     )
-
-
-def _draw_scene(recording: rr.RecordingStream, scene: SceneSpec) -> None:
-    import rerun as rr
-
-    recording.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
-    colours = [[230, 70, 70], [70, 190, 90], [80, 120, 235]]
-    axes = rr.Arrows3D(vectors=np.eye(3) * _AXIS, colors=colours)
-    for root in ("world", "demonstration", "seen"):
-        if root != "seen":
-            recording.log(f"{root}/hand", axes, static=True)
-        for name, size in zip(scene.object_names, scene.object_sizes, strict=True):
-            if not np.isnan(size).any():
-                box = rr.Boxes3D(half_sizes=[size / 2], labels=[name])
-                recording.log(f"{root}/{_object(name)}", box, static=True)
-    arm = rr.LineStrips3D.from_fields(radii=[_ARM], colors=[[200, 200, 205]])
-    recording.log("world/arm", arm, static=True)
-    joints = [f"joint {j}" for j in range(len(scene.home))]
-    for entity in ("robot/positions", "robot/velocities", "robot/commands"):
-        recording.log(entity, rr.SeriesLines(names=joints), static=True)
-
-
-def _send_record(
-    recording: rr.RecordingStream, record: TrialRecord, names: Sequence[str], start: float
-) -> None:
-    clock = _clock(start + (np.arange(record.steps) + 1) * record.time_step)
-    _send_poses(recording, "world/hand", clock, record.hand_poses)
-    for k, name in enumerate(names):
-        _send_poses(recording, f"world/{_object(name)}", clock, record.object_poses[:, k])
-        _send_curves(recording, f"contact/{_escaped(name)}", clock, record.contact_forces[:, k : k + 1])
-    _send_curves(recording, "robot/positions", clock, record.joint_positions)
-    _send_curves(recording, "robot/velocities", clock, record.joint_velocities)
-    ticks = _clock(start + np.arange(len(record.commands)) * (record.control_every * record.time_step))
-    _send_curves(recording, "robot/commands", ticks, record.commands[:, :-1])
-    _send_curves(recording, "gripper/force", ticks, record.commands[:, -1:])
-
-
-def _send_seen(
-    recording: rr.RecordingStream, seen: Sightings, record: TrialRecord, names: Sequence[str], start: float
-) -> None:
-    at = start + np.array(seen.steps) * record.time_step
-    for k, name in enumerate(names):
-        there = ~np.isnan(seen.poses[:, k, 0])
-        _send_poses(recording, f"seen/{_object(name)}", _clock(at[there]), seen.poses[there, k])
-
-
-def _send_arm(recording: rr.RecordingStream, record: TrialRecord, skeleton: Skeleton, start: float) -> None:
-    import rerun as rr
-
-    shown = np.arange(0, record.steps, max(1, round(1 / (_ARM_RATE * record.time_step))))
-    lines = skeleton.line(record.joint_positions[shown]).astype(np.float32)
-    clock = _clock(start + (shown + 1) * record.time_step)
-    recording.send_columns("world/arm", [clock], rr.LineStrips3D.columns(strips=list(lines)))
-
-
-def _object(name: str) -> str:
-    return f"objects/{_escaped(name)}"
-
-
-def _escaped(name: str) -> str:
-    import rerun as rr
-
-    return rr.escape_entity_path_part(name)  # a name may hold a space or a slash
-
-
-def _clock(seconds: NDArray[Any]) -> Any:
-    import rerun as rr
-
-    return rr.TimeColumn("time", duration=seconds)
-
-
-def _send_poses(recording: rr.RecordingStream, entity: str, clock: Any, poses: Array) -> None:
-    import rerun as rr
-
-    columns = rr.Transform3D.columns(translation=poses[:, :3], quaternion=poses[:, 3:])
-    recording.send_columns(entity, [clock], columns)
-
-
-def _send_curves(recording: rr.RecordingStream, entity: str, clock: Any, values: Array) -> None:
-    import rerun as rr
-
-    columns = rr.Scalars.columns(scalars=values.ravel()).partition([values.shape[1]] * len(values))
-    recording.send_columns(entity, [clock], columns)
 
 
 def _in_words(event: Event) -> str:

@@ -63,7 +63,7 @@ def look(path: Path) -> Preview:
 
 
 def _look_at_recording(path: Path) -> Preview:
-    from imitate.formats.mcap_file import contents
+    from imitate.formats.mcap_contents import contents
     from imitate.formats.recordings import open_recording
 
     recording = open_recording(path)

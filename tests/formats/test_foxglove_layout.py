@@ -7,7 +7,7 @@ import scripted
 
 from imitate.errors import FileError
 from imitate.formats.foxglove_layout import layout, write_layout
-from imitate.formats.mcap_file import contents
+from imitate.formats.mcap_contents import contents
 from imitate.formats.session_writer import SessionWriter
 
 

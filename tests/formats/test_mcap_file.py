@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from imitate.errors import FileError
 from imitate.formats.kind import kind_of
-from imitate.formats.mcap_file import McapReader, contents
+from imitate.formats.mcap_contents import contents
+from imitate.formats.mcap_file import McapReader
 from imitate.formats.mcap_writer import McapWriter, protobuf_channel
 
 SHARED = Path(__file__).parents[2].parent / "shared" / "data" / "mcap"

@@ -21,7 +21,8 @@ from imitate.errors import FileError, ImitateError
 from imitate.events import Event, TrialFinished
 from imitate.formats import session_log, session_writer
 from imitate.formats.kind import kind_of
-from imitate.formats.mcap_file import McapReader, contents
+from imitate.formats.mcap_contents import contents
+from imitate.formats.mcap_file import McapReader
 from imitate.formats.session_log import SessionReader, read_session, summarise
 from imitate.formats.session_writer import SessionWriter
 from imitate.record import Sightings
