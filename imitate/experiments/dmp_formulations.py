@@ -41,6 +41,17 @@ PAPER = {"original": 5.92, "Hoffmann": 33.47}
 """% of 490 poses, Baxter."""
 FACTORS = (1.0, 3.0, 0.1, -1.0)
 """times the way from start to goal that was shown, of the figure that shows why."""
+COLUMNS = (
+    Column("robot", "robot"),
+    Column("form", "form"),
+    Column("learning", "learning"),
+    Column("paper", "paper (%)", ".2f"),
+    Column("reached", "reached"),
+    Column("percent", "%", ".1f"),
+    Column("of_possible", "of those within reach (%)", ".1f"),
+    Column("possible", "within reach"),
+    Column("trials", "trials, median", "g"),
+)
 
 
 def play(robot: str, form: str, column: int, file: Path, settings: Settings) -> Outcome:
@@ -158,20 +169,36 @@ def _result(options: Options, outcomes: Mapping[str, Outcome]) -> Result:
         for form in FORMS
         for after in (False, True)
     ]
-    columns = (
-        Column("robot", "robot"),
-        Column("form", "form"),
-        Column("learning", "learning"),
-        Column("paper", "paper (%)", ".2f"),
-        Column("reached", "reached"),
-        Column("percent", "%", ".1f"),
-        Column("of_possible", "of those within reach (%)", ".1f"),
-        Column("possible", "within reach"),
-        Column("trials", "trials, median", "g"),
+    table = Table(
+        "490 block poses from one demonstration (Appendix B)", COLUMNS, tuple(rows), _notes(options.settings)
     )
-    world = options.settings.world
+    shapes = outcomes["shapes"]
+    maps = {
+        f"map-{name}": partial(
+            arrows_figure, _panels(name, found, possible[name]), PLACES, TURNS, shapes["start"]
+        )
+        for name in robots
+    }
+    captions = {
+        f"map-{name}": f"{name}: where the block is reached, an arrow a pose, by place and direction."
+        for name in robots
+    }
+    return Result(
+        (table,),
+        maps | {"why": lambda: shapes_figure(shapes, FACTORS)},
+        captions
+        | {
+            "why": "One coordinate of the reach, to its own goal (dots) and to others. The original form "
+            "scales the whole shape by the way to the goal: it blows up where the shown way was shorter, is "
+            "lost where the goal is near, and turns round with the sign.",
+        },
+    )
+
+
+def _notes(settings: Settings) -> tuple[str, ...]:
+    world = settings.world
     x, y = PLACES
-    notes = (
+    return (
         f"{len(x)} × {len(y)} places, {x[0]:+.2f} … {x[-1]:+.2f} m along x and {y[0]:+.2f} … {y[-1]:+.2f} m "
         f"along y from where it was shown, and {len(TURNS)} turns, {TURNS[0]:+.0f} … {TURNS[-1]:+.0f}°.",
         f"Reached: the arm follows the whole movement, {world.control_rate} poses a second, each within "
@@ -179,32 +206,7 @@ def _result(options: Options, outcomes: Mapping[str, Outcome]) -> Result:
         "the hand not below the table, and ends at the grasp. Within reach: inverse kinematics finds joints "
         "for the grasp, from any of 21 starts, or a movement gets there.",
         "Learning: PI^BB over how much each channel keeps of the shown shape, in kinematics, at most "
-        f"{_budget(options.settings)} trials, of the poses that are within reach but not reached at once.",
-    )
-    return Result(
-        (Table("490 block poses from one demonstration (Appendix B)", columns, tuple(rows), notes),),
-        {
-            **{
-                f"map-{name}": partial(
-                    arrows_figure,
-                    _panels(name, found, possible[name]),
-                    PLACES,
-                    TURNS,
-                    outcomes["shapes"]["start"],
-                )
-                for name in robots
-            },
-            "why": lambda: shapes_figure(outcomes["shapes"], FACTORS),
-        },
-        {
-            **{
-                f"map-{name}": f"{name}: where the block is reached, an arrow a pose, by place and direction."
-                for name in robots
-            },
-            "why": "One coordinate of the reach, to its own goal (dots) and to others. The original form "
-            "scales the whole shape by the way to the goal: it blows up where the shown way was shorter, is "
-            "lost where the goal is near, and turns round with the sign.",
-        },
+        f"{_budget(settings)} trials, of the poses that are within reach but not reached at once.",
     )
 
 
