@@ -278,17 +278,6 @@ class ReviewScreen(StepScreen):
             return self.state.editable
         if action == "view":
             return self.has_class("-short")
-        changes = action in (
-            "nudge",
-            "here",
-            "alternatives",
-            "split",
-            "split_here",
-            "merge",
-            "undo",
-            "redo",
-            "reset",
-        )
         if action == "learn" and self.state.kind == "session":
             return False
         if action == "merge" and len(self.state.segments) < 2:
@@ -301,4 +290,8 @@ class ReviewScreen(StepScreen):
             return False
         if action == "write" and not self.state.decisions:
             return False
-        return None if changes and not self.state.editable else super().check_action(action, parameters)
+        return (
+            None
+            if action in CHANGES and not self.state.editable
+            else super().check_action(action, parameters)
+        )

@@ -53,14 +53,24 @@ class Alternatives(OptionList):
 
     def __init__(self) -> None:
         super().__init__(id="alternatives", markup=False)
+        self._rows: list[str] = []
 
     def show(self, segment: Segment | None) -> None:
-        """Of this segment; nothing without one."""
-        self.clear_options()
-        if not segment or not segment.alternatives:
+        """Of this segment; nothing without one. Who is choosing among them stays where he is."""
+        rows = _rows_of(segment) if segment else []
+        if rows == self._rows:
             return
-        best = segment.alternatives[0].log_likelihood
-        for i, other in enumerate(segment.alternatives):
-            sign = "●" if other.abstraction == segment.abstraction else "○"
-            gap = other.log_likelihood - best
-            self.add_option(Option(f"{sign} {gap:6.1f} {other.abstraction}", id=str(i)))
+        at, self._rows = self.highlighted if self.has_focus else None, rows
+        self.clear_options()
+        self.add_options([Option(row, id=str(i)) for i, row in enumerate(rows)])
+        if at is not None and rows:
+            self.highlighted = min(at, len(rows) - 1)
+
+
+def _rows_of(segment: Segment) -> list[str]:
+    best = max((other.log_likelihood for other in segment.alternatives), default=0.0)
+    return [
+        f"{'●' if other.abstraction == segment.abstraction else '○'} "
+        f"{other.log_likelihood - best:6.1f} {other.abstraction}"
+        for other in segment.alternatives
+    ]

@@ -13,6 +13,7 @@ from textual.widgets import DataTable
 from imitate.errors import UsageError
 from imitate.formats.decisions import read_decisions
 from imitate.skill import Decision
+from imitate.tui.skill_table import Alternatives
 from imitate.tui.timeline import Timeline
 
 
@@ -159,3 +160,19 @@ async def test_a_decision_that_is_refused_is_a_notice_and_changes_nothing(tmp_pa
         assert "Merge them instead" in notice.message
     assert app.state.decisions == ()
     assert app.state.segments == scripted.segments()
+
+
+async def test_who_chooses_an_abstraction_stays_where_he_is_when_the_screen_is_drawn_anew(
+    tmp_path: Path,
+) -> None:
+    app = scripted_app(tmp_path)
+    async with app.run_test() as pilot:
+        await until(pilot, lambda: at(app, "review")() and bool(app.state.changes))
+        await pilot.press("enter", "down")
+        options = app.screen.query_one(Alternatives)
+        app.step.draw()
+        await pilot.pause()
+        assert options.highlighted == 1
+        await pilot.press("enter")
+        await until(pilot, lambda: len(app.state.decisions) == 1)
+    assert app.state.segments[0].abstraction == app.state.found[0].alternatives[1].abstraction
