@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from pydantic import ConfigDict, TypeAdapter, ValidationError
+from pydantic import ConfigDict, TypeAdapter
 
 from imitate.errors import FileError
+from imitate.formats.json_file import read_json
 from imitate.formats.output import new_file
 from imitate.skill import Decision
 
@@ -36,18 +37,8 @@ def read_decisions(path: Path | str) -> tuple[Decision, ...]:
     Raises:
         FileError: missing, not JSON, or a field that is wrong or lacking; the message names it.
     """
-    try:
-        text = Path(path).read_bytes()
-        decisions = _DECISIONS.validate_json(text)
-    except FileNotFoundError:
-        raise FileError(path, "no such decisions file", _REMEDY) from None
-    except OSError as error:
-        raise FileError(path, f"cannot be read ({error.strerror or error})") from None
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(map(str, first["loc"]))
-        raise FileError(path, f"{where}: {first['msg']}" if where else first["msg"], _REMEDY) from None
-    for k, given in enumerate(json.loads(text)):
+    decisions = read_json(path, _DECISIONS, "no such decisions file", _REMEDY)
+    for k, given in enumerate(json.loads(Path(path).read_bytes())):
         lacking = [field for field in _FIELDS[given["kind"]] if given.get(field) is None]
         if lacking:
             raise FileError(path, f"{k}.{lacking[0]}: missing, and {given['kind']} needs it", _REMEDY)

@@ -5,10 +5,11 @@ from __future__ import annotations
 from itertools import pairwise
 from pathlib import Path
 
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import BaseModel, Field, TypeAdapter
 
 from imitate.demonstration import HAND, TABLE
 from imitate.errors import FileError
+from imitate.formats.json_file import read_json
 from imitate.skill import Abstraction, Segment
 
 _REMEDY = (
@@ -37,16 +38,7 @@ def read_truth(path: Path | str, names: tuple[str, ...]) -> tuple[Segment, ...]:
     Raises:
         FileError: missing, not JSON, a field that is wrong, segments out of order, or an unknown object.
     """
-    try:
-        given = _Truth.model_validate_json(Path(path).read_bytes())
-    except FileNotFoundError:
-        raise FileError(path, "no such file with the truth", _REMEDY) from None
-    except OSError as error:
-        raise FileError(path, f"cannot be read ({error.strerror or error})") from None
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(map(str, first["loc"]))
-        raise FileError(path, f"{where}: {first['msg']}" if where else first["msg"], _REMEDY) from None
+    given = read_json(path, TypeAdapter(_Truth), "no such file with the truth", _REMEDY)
     for k, s in enumerate(given.segments):
         if s.end <= s.start:
             raise FileError(path, f"segments.{k}: ends at {s.end:g} s, not after its start at {s.start:g} s")

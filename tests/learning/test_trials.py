@@ -4,6 +4,7 @@ import os
 import signal
 from concurrent.futures import Executor, Future
 from functools import partial
+from multiprocessing import active_children
 
 import numpy as np
 import pytest
@@ -49,6 +50,12 @@ def test_objects_never_come_to_stand_in_one_another(spec):
     gaps = [np.linalg.norm(s.objects[0, :2] - s.objects[1, :2]) for s in starts(spec, settings=wide)]
     clear = np.linalg.norm(spec.object_sizes[:, :2], axis=1).sum() / 2
     assert min(gaps) >= clear
+
+
+def test_workers_start_before_there_is_a_first_task():
+    before = set(active_children())
+    with process_pool(2)():
+        assert len(set(active_children()) - before) == 2
 
 
 def test_outcomes_come_in_the_order_of_their_tasks(spec, carry_problem):
