@@ -13,6 +13,8 @@ from imitate.geometry import Array, align_signs, read_only, resample
 HAND = "hand"
 TABLE = "table"
 """the demonstration's own frame, as a reference where no object is left to be one."""
+FAR = 1e8
+"""m, beyond anything on earth: such a number is damage, and its square may not be one any more."""
 
 
 @dataclass(frozen=True)
@@ -171,6 +173,12 @@ def _check_poses(name: str, poses: Array) -> None:
         )
     if finite.sum() < 2:
         raise DemonstrationError(f"{name}: seen in {int(finite.sum())} frames; expected at least 2.")
+    far = np.nan_to_num(np.abs(poses)).max(axis=1)
+    if far.max() > FAR:
+        k = int(np.argmax(far))
+        raise DemonstrationError(
+            f"{name}: {far[k]:.4g} at frame {k}; expected metres and a unit quaternion, x y z qx qy qz qw."
+        )
     norms = np.where(missing, 1, np.linalg.norm(poses[:, 3:], axis=1))
     off = np.abs(norms - 1) > 1e-3
     if off.any():

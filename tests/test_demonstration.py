@@ -45,6 +45,10 @@ def spoiled(values: np.ndarray, index: tuple, value: float) -> np.ndarray:
         ),
         (lambda d: {"hand": spoiled(d.hand, (1, 6), 2.0)}, "hand: quaternion of length 2 at frame 1"),
         (
+            lambda d: {"hand": spoiled(d.hand, (2, 0), -1e200)},
+            r"hand: 1e\+200 at frame 2; expected metres and",
+        ),
+        (
             lambda d: {"objects": spoiled(d.objects, (0, 1, 2), np.inf)},
             r"objects\[:, 1\] \(green\): NaN or inf",
         ),
