@@ -86,6 +86,8 @@ def _in_words(topic: Topic) -> str:
     if topic.difference is None:
         return "" if topic.equal else "those that both have are equal"
     d = topic.difference
+    if d.field == "settings":
+        return "the settings above"
     segment, formulation, trial = topic.where
     named = (("segment", segment), ("formulation", formulation), ("trial", trial), ("step", d.step))
     places = [f"{name} {number}" for name, number in named if number is not None]

@@ -15,6 +15,7 @@ from imitate.formats.session_log import SessionReader
 from imitate.formats.session_messages import KINDS, topic_of
 from imitate.formats.steps import TrialSteps
 from imitate.session.again import place_of
+from imitate.session.beside import compare_beside
 from imitate.session.compare import Difference, first_difference
 
 
@@ -95,6 +96,9 @@ def difference(
         topics += _compared(kind, zip_longest(a, b), begun[0].scene.object_names, looked)
         for found, reader in zip(damage, readers, strict=True):
             found += [words for words in reader.damage if words not in found]
+    topics += [
+        Topic(b.topic, b.counts, b.number, difference=b.difference) for b in compare_beside(first, second)
+    ]
     return SessionDifference(
         _settings(begun),
         (_decisions(first), _decisions(second)),

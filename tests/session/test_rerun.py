@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from refiled import cut, written
+from refiled import cut, flipped, written
 
 from imitate.events import (
     Decided,
@@ -19,9 +19,7 @@ from imitate.events import (
     TrialFinished,
 )
 from imitate.formats.mcap_file import McapReader
-from imitate.formats.mcap_writer import McapWriter
 from imitate.formats.session_log import read_session
-from imitate.formats.session_messages import channels_of
 from imitate.learning.trials import executors
 from imitate.session.rerun import rerun
 from imitate.session.session import Request, run
@@ -85,17 +83,7 @@ def test_a_bit_of_a_policy_is_named_by_its_field(story, tmp_path):
 
 def test_a_message_for_peoples_tools_is_compared_as_well(story, tmp_path):
     source = written(tmp_path / "s.mcap", story)
-    reader, path = McapReader(source), tmp_path / "changed.mcap"
-    messages = list(reader.messages())
-    with path.open("wb") as stream, McapWriter(stream, channels_of(story[0]), reader.metadata) as log:
-        frames = 0
-        for message in messages:
-            frames += message.topic == "/tf"
-            data = bytearray(message.data)
-            if message.topic == "/tf" and frames == 10:
-                data[-1] ^= 1
-            log.write(message.topic, bytes(data), message.time)
-    report = rerun(path, HERE)
+    report = rerun(flipped(source, tmp_path / "changed.mcap", "/tf", 9), HERE)
     assert report.divergent == 1
     assert report.first_divergence.field.startswith("/tf at ")
     assert report.first_divergence.event == "TrialFinished"
