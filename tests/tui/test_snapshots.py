@@ -248,11 +248,16 @@ def test_learn_before_the_first_trial(look: Look) -> None:
 
 
 def test_asking_before_quitting(look: Look) -> None:
+    async def quitting(pilot: Pilot[None]) -> None:
+        app = pilot.app
+        assert isinstance(app, ImitateApp)
+        await until(pilot, lambda: bool(app.state.attempts) and app.state.attempts[0].explored == 5)
+        await drawn(pilot)  # what lies under a note is not laid out anew
+        await pilot.press("q")
+
     script = Script(list(islice(scripted.session(), 8)), hold=True)
-    asked = when(
-        lambda app: app.step is None and bool(app.state.attempts) and app.state.attempts[0].explored == 5
-    )
-    assert look(shown("review"), "s q", asked, script)
+    asked = when(lambda app: app.step is None)
+    assert look(shown("review"), "s", asked, script, between=quitting)
 
 
 def test_reproduce_before_anything_is_run(look: Look) -> None:
