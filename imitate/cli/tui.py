@@ -18,6 +18,10 @@ def tui(
     workers: Workers = None,
     mapping: MappingFile = None,
     settings: SettingsFile = None,
+    keys: Annotated[
+        Path | None,
+        typer.Option("--keys", metavar="FILE.toml", help='Keys of your own, as learn.stop = "S".'),
+    ] = None,
 ) -> None:
     """The guided session, in the terminal.
 
@@ -39,11 +43,13 @@ def tui(
     said = read_mapping(mapping) if mapping else None
     from imitate.tui.app import ImitateApp
     from imitate.tui.engine import with_mapping
+    from imitate.tui.keys import read_keys
     from imitate.tui.photo import photo_of_terminal
 
     engine = with_mapping(file, said) if file and said else None
+    own = read_keys(keys) if keys else None
     photo = photo_of_terminal()
-    app = ImitateApp(file, chosen, seed, workers or os.cpu_count() or 1, engine, photo=photo)
+    app = ImitateApp(file, chosen, seed, workers or os.cpu_count() or 1, engine, photo=photo, keys=own)
     app.run()
     if app.state.running:
         console.narrate("finishing the present trial …")

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from textual import on
-from textual.app import App
+from textual.app import App, SystemCommand
 from textual.binding import Binding
+from textual.screen import Screen
 
 from imitate.formats.output import free_name
 from imitate.settings import Settings
@@ -40,6 +42,8 @@ class ImitateApp(App[None]):
         Binding("f1,question_mark", "help", "help", id="app.help", key_display="?",
                 tooltip="What this step is for, and every key"),
         Binding("ctrl+o", "load", "another file", id="app.load", show=False, tooltip="Open another file"),
+        Binding("ctrl+p", "command_palette", "commands", id="app.commands", show=False, priority=True,
+                tooltip="Find what can be done now by its name"),
         Binding("ctrl+t", "light_or_dark", "theme", id="app.theme", show=False, tooltip="Light or dark"),
         Binding("q", "quit", "quit", id="app.quit", tooltip="Quit; asks first while learning"),
     ]  # fmt: skip
@@ -53,8 +57,10 @@ class ImitateApp(App[None]):
         engine: Engine | None = None,
         root: Path | None = None,
         photo: Photo | None = None,
+        keys: Mapping[str, str] | None = None,
     ) -> None:
         super().__init__()
+        self.set_keymap(keys or {})
         self.engine = engine or Engine()
         self.root = root or Path.cwd()
         self.state = State(settings or Settings(), seed, workers)
@@ -291,7 +297,15 @@ class ImitateApp(App[None]):
             binding = active.binding
             if binding.tooltip:
                 keys.setdefault(self.get_key_display(binding), binding.tooltip)
-        self.push_screen(HelpScreen(self.step.HELP, list(keys.items())))
+        focused = self.step.focused
+        about = (self.step.HELP, focused.HELP if focused else None)
+        self.push_screen(HelpScreen("\n\n".join(filter(None, about)), list(keys.items())))
+
+    def get_system_commands(self, screen: Screen[Any]) -> Iterable[SystemCommand]:
+        """What can be done now, for the command palette."""
+        from imitate.tui.keys import commands
+
+        return commands(self, screen)
 
     def action_load(self) -> None:
         """The files."""

@@ -36,6 +36,12 @@ class Branch:
 class AttemptTable(Table):
     """Follows the present formulation until the cursor is moved away from it."""
 
+    HELP = (
+        "The tree of formulations: below each skill those that were tried, the present one, and those that "
+        "come if it fails; with the trials spent, the best cost, and P, the share of disturbed starts that "
+        "succeeded."
+    )
+
     def __init__(self) -> None:
         super().__init__(cursor_type="row", zebra_stripes=True)
         self._rows: list[tuple[str, ...]] = []

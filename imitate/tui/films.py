@@ -20,6 +20,11 @@ PURPOSES = {
 class FilmTable(Table):
     """A row for each trial; what is new is added below. Follows the newest where it is asked to."""
 
+    HELP = (
+        "The list of trials: what each was for, what it cost, and whether every body ended where it was "
+        "shown (β). The one under the cursor is shown from above and from the side."
+    )
+
     def __init__(self, columns: tuple[str, ...], follows: bool) -> None:
         super().__init__(id="films", cursor_type="row", zebra_stripes=True)
         self._names = columns

@@ -49,6 +49,8 @@ def can_be_recording(folder: Path) -> bool:
 class Openable(DirectoryTree):
     """Folders, and files that can be opened."""
 
+    HELP = "The folders: Enter opens and closes one; files that hold nothing for this program are left out."
+
     ICON_NODE = "▸ "
     ICON_NODE_EXPANDED = "▾ "
     ICON_FILE = "  "

@@ -72,7 +72,7 @@ class Picture(Blocks, can_focus=True):
 
     BINDINGS = [
         Binding(f"{prefix}{arrow},{letter}", f"move({dx * by}, {dy * by})", f"{words} {arrow}", show=False,
-                id=f"picture.{words}.{arrow}", tooltip=f"The cursor {words} {arrow}")
+                id=f"picture.{words.replace(' ', '_')}_{arrow}", tooltip=f"The cursor {words} {arrow}")
         for prefix, by, words, letters in (("", 1, "one cell", "hjkl"), ("shift+", LEAP, "far", "HJKL"))
         for arrow, letter, dx, dy in zip(
             ("left", "down", "up", "right"), letters, (-1, 0, 0, 1), (0, 1, -1, 0), strict=True

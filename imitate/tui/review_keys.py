@@ -28,7 +28,7 @@ REVIEW_KEYS = [
     Binding("ctrl+right,right_curly_bracket", "nudge(0, 10)", "1 s", id="review.second_on", priority=True,
             show=False),
     Binding("b", "here", "here", id="review.here", show=False,
-            tooltip="Move it to the time that you look at"),
+            tooltip="Move the boundary to the time that you look at"),
     Binding("comma", "look(-1, 0)", "time", id="review.look_back", key_display=",.",
             tooltip="Look a frame earlier or later; < and > a second"),
     Binding("full_stop", "look(1, 0)", "time", id="review.look_on", show=False),

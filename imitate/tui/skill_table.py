@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textual.binding import Binding
 from textual.widgets import OptionList
 from textual.widgets.option_list import Option
 
@@ -18,6 +19,11 @@ WIDE = 110
 
 class SkillTable(Table):
     """A row for each segment."""
+
+    HELP = (
+        "The list of skills: when each starts and ends, which bodies matter, in whose frame they are seen, "
+        "and whether that was found (auto) or chosen by you (*)."
+    )
 
     def __init__(self) -> None:
         super().__init__(id="segments", cursor_type="row")
@@ -51,6 +57,15 @@ class SkillTable(Table):
 class Alternatives(OptionList):
     """What a skill may be, best first, with how much less it explains than the best."""
 
+    HELP = (
+        "The list of what the selected skill may be: ● is what it is, and beside each how much less it "
+        "explains of the motion than the best (natural log). Enter chooses, Esc leaves it as it is."
+    )
+    BINDINGS = [
+        Binding("escape", "leave", "skills", id="review.leave", show=False,
+                tooltip="Back to the skills; nothing is changed"),
+    ]  # fmt: skip
+
     def __init__(self) -> None:
         super().__init__(id="alternatives", markup=False)
         self._rows: list[str] = []
@@ -65,6 +80,11 @@ class Alternatives(OptionList):
         self.add_options([Option(row, id=str(i)) for i, row in enumerate(rows)])
         if at is not None and rows:
             self.highlighted = min(at, len(rows) - 1)
+
+    def action_leave(self) -> None:
+        """Back to the skills."""
+        self.highlighted = None
+        self.screen.query_one(SkillTable).focus()
 
 
 def _rows_of(segment: Segment) -> list[str]:

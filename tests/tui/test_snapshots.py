@@ -11,8 +11,9 @@ from typing import Any
 import pytest
 import scripted
 from scripted_app import SAME, Script, at, drawn, scripted_app, until
+from textual.command import CommandList, CommandPalette
 from textual.pilot import Pilot
-from textual.widgets import DirectoryTree, Label, Static
+from textual.widgets import DirectoryTree, Input, Label, Static
 
 from imitate import events
 from imitate.errors import ImitateError
@@ -355,3 +356,12 @@ def test_a_recorded_session(look: Look) -> None:
 
 def test_help(look: Look) -> None:
     assert look(shown("review"), "f1")
+
+
+def test_commands_that_apply_now(look: Look) -> None:
+    async def still(pilot: Pilot[None]) -> None:
+        await until(pilot, lambda: isinstance(pilot.app.screen, CommandPalette))
+        pilot.app.screen.query_one(Input).cursor_blink = False
+
+    listed = when(lambda app: app.screen.query_one(CommandList).option_count > 10)
+    assert look(shown("review"), "ctrl+p", listed, between=still)
