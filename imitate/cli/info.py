@@ -171,6 +171,8 @@ def _show(found: dict[str, Any]) -> None:
         facts.add_row("note", note)
     for thing in found.get("objects", ()):
         facts.add_row("object", thing if isinstance(thing, str) else _object(thing))
+    if found.get("attachments"):
+        facts.add_row("attached", ", ".join(found["attachments"]))
     for damage in found.get("damage", ()):
         facts.add_row("damage", damage)
     console.show(facts)

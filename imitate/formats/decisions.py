@@ -51,9 +51,14 @@ def write_decisions(path: Path | str, decisions: Sequence[Decision], force: bool
     Raises:
         FileError: the file exists and ``force`` is not given, or it cannot be written.
     """
-    lines = ",\n ".join(json.dumps(_plain(decision), ensure_ascii=False) for decision in decisions)
     with new_file(Path(path), force) as temporary:
-        temporary.write_text(f"[{lines}]\n", encoding="utf-8")
+        temporary.write_text(decisions_json(decisions), encoding="utf-8")
+
+
+def decisions_json(decisions: Sequence[Decision]) -> str:
+    """What `read_decisions` reads."""
+    lines = ",\n ".join(json.dumps(_plain(decision), ensure_ascii=False) for decision in decisions)
+    return f"[{lines}]\n"
 
 
 def _plain(decision: Decision) -> dict[str, Any]:

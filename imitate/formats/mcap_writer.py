@@ -6,6 +6,7 @@ import struct
 import typing
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from types import TracebackType
 from typing import IO, Any, Protocol
 
@@ -17,6 +18,8 @@ from imitate.formats.mcap_file import MAGIC
 
 ENDING = b"\x0f" + struct.pack("<QI", 4, 0) + b"\x02" + struct.pack("<QQQI", 20, 0, 0, 0) + MAGIC
 """records DataEnd and Footer and the magic bytes: the end of a valid file without a summary."""
+_MEDIA = {".toml": "application/toml", ".json": "application/json", ".urdf": "application/xml"}
+"""suffix of an attachment → its media type."""
 
 
 @dataclass(frozen=True)
@@ -105,6 +108,10 @@ class McapWriter:
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
         """One metadata record, at this place of the file."""
         self._writer.add_metadata(name, dict(values))
+
+    def attach(self, name: str, data: bytes) -> None:
+        """One attachment, at this place of the file; of no time, so that equal sessions are equal files."""
+        self._writer.add_attachment(0, 0, name, _MEDIA.get(Path(name).suffix, "text/plain"), data)
 
     def flush(self) -> None:
         """Everything so far is in the file after this, should the process die."""

@@ -11,6 +11,7 @@ from types import TracebackType
 from imitate import __version__
 from imitate.errors import FileError
 from imitate.events import (
+    Decided,
     Evaluated,
     Event,
     FormulationStarted,
@@ -21,14 +22,17 @@ from imitate.events import (
     TrialFinished,
 )
 from imitate.formats import columns
+from imitate.formats.decisions import decisions_json
 from imitate.formats.growing import GrowingFile
 from imitate.formats.kind import METADATA
 from imitate.formats.mcap_writer import ENDING, McapWriter
 from imitate.formats.output import refuse_existing
+from imitate.formats.session_attachments import DECISIONS, attachments_of, metadata_of
 from imitate.formats.session_log import SCHEMA
 from imitate.formats.session_messages import SessionMessages, Stamped, channels_of, topic_of
 from imitate.formats.session_pictures import picture_channels
 from imitate.formats.steps import TrialSteps
+from imitate.skill import Decision
 
 _FLUSHED = (FormulationStarted, TrialFinished, Evaluated, OptionLearned, Reproduced, SessionFinished)
 """with the first formulation all that precedes it: no session is cut amid the operator's decisions."""
@@ -73,6 +77,7 @@ class SessionWriter:
         self._mcap: McapWriter | None = None
         self._messages = SessionMessages(steps)
         self._steps, self._pictures = steps, pictures
+        self._decisions: list[Decision] = []
 
     def write(self, event: Event) -> None:
         """Appends one event; the first must be SessionStarted.
@@ -81,11 +86,12 @@ class SessionWriter:
             FileError: the disk is full or the file cannot be written for another reason; it is closed then,
                 and a valid file up to the last trial.
         """
-        if isinstance(event, SessionStarted):
-            self._mcap = self._begun(event)
-        if self._mcap is None:
-            raise ValueError("the first event of a session is SessionStarted")
         try:
+            if isinstance(event, SessionStarted):
+                self._mcap = self._begun(event)
+            if self._mcap is None:
+                raise ValueError("the first event of a session is SessionStarted")
+            self._attach_decisions(self._mcap, event)
             for topic, data, time in self._with_pictures(event):
                 self._mcap.write(topic, data, time)
                 if topic == topic_of(TrialSteps):
@@ -177,4 +183,15 @@ class SessionWriter:
         }
         channels = channels_of(event) + (picture_channels() if self._pictures is not None else [])
         # a chunk ends where it is flushed: after a trial
-        return McapWriter(self._stream, channels, metadata, chunk_size=1 << 26)
+        log = McapWriter(self._stream, channels, metadata | metadata_of(event), chunk_size=1 << 26)
+        for name, data in attachments_of(event):
+            log.attach(name, data)
+        return log
+
+    def _attach_decisions(self, log: McapWriter, event: Event) -> None:
+        # All of them are there when the first problem is stated.
+        if isinstance(event, Decided):
+            self._decisions.append(event.decision)
+        elif isinstance(event, FormulationStarted) and self._decisions:
+            log.attach(DECISIONS, decisions_json(self._decisions).encode())
+            self._decisions = []

@@ -79,6 +79,8 @@ def _copy(path: Path, stream: IO[bytes]) -> None:
     ends, steps = {topic_of(kind) for kind in KINDS}, topic_of(TrialSteps)
     waiting: list[RawMessage] = []
     with McapWriter(stream, list(channels.values()), reader.metadata, chunk_size=1 << 26) as log:
+        for name, data in reader.attachments.items():
+            log.attach(name, data)
         for message in McapReader(path).messages():
             waiting.append(message)
             if message.topic not in ends:
