@@ -14,7 +14,8 @@ from imitate.learning.initiation import probability, start_of
 from imitate.learning.option import Option, Success
 from imitate.learning.placement import Placement, misplaced, placements, unseen
 from imitate.learning.problem import as_stated, cost_of, failure_of
-from imitate.learning.trials import WATCHING, Task, Trials, perturbed_starts
+from imitate.learning.starts import perturbed_starts
+from imitate.learning.trials import WATCHING, Task, Trials
 from imitate.record import TrialRecord
 from imitate.settings import Learning
 from imitate.skill import Grasp, Miss, Segment

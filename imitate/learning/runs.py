@@ -12,7 +12,8 @@ from imitate.geometry import Array
 from imitate.learning.option import Success
 from imitate.learning.placement import unseen
 from imitate.learning.problem import Problem, cost_of, failure_of, misses_of
-from imitate.learning.trials import WATCHING, Task, Trials, perturbed_starts
+from imitate.learning.starts import perturbed_starts
+from imitate.learning.trials import WATCHING, Task, Trials
 from imitate.record import Start
 from imitate.settings import Settings
 from imitate.skill import CostTerms, Miss, Policy

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from imitate.errors import ImitateError
-from imitate.geometry import Array, compose
+from imitate.geometry import Array
 from imitate.learning.watching import Watcher
 from imitate.record import SceneSpec, Start
 from imitate.settings import Settings
@@ -185,41 +185,3 @@ def _simulator(scene: bytes) -> tuple[Simulator, Watcher | None]:
         watcher = Watcher(spec, settings) if settings.learning.observe_trials else None
         _kept[scene] = Simulator(World(spec, settings.world), settings), watcher
     return _kept[scene]
-
-
-def perturbed_starts(
-    spec: SceneSpec, count: int, seed: np.random.SeedSequence, settings: Settings
-) -> list[Start]:
-    """Starts with each object moved along x and y and turned about z, none inside another."""
-    return [
-        _perturbed(spec, np.random.default_rng(child), settings.learning.shift, settings.learning.turn)
-        for child in seed.spawn(count)
-    ]
-
-
-def _perturbed(spec: SceneSpec, rng: np.random.Generator, shift: float, turn: float) -> Start:
-    for _ in range(1000):
-        poses = spec.object_poses.copy()
-        for k in range(len(poses)):
-            poses[k, :2] += rng.uniform(-shift, shift, 2)
-            half = np.deg2rad(rng.uniform(-turn, turn)) / 2
-            turned = compose([0, 0, 0, 0, 0, np.sin(half), np.cos(half)], [0, 0, 0, *poses[k, 3:]])
-            poses[k, 3:] = turned[3:]
-        if _apart(spec, poses):
-            return Start(joints=spec.home, objects=poses)
-    raise ImitateError(
-        f"no start with every object moved by up to {shift * 100:g} cm keeps the objects apart; they "
-        "stand too close. Make learning.shift smaller."
-    )
-
-
-def _apart(spec: SceneSpec, poses: Array) -> bool:
-    # No pair may come nearer than it was shown, unless it stays clear of each other's corners.
-    radius = np.linalg.norm(spec.object_sizes[:, :2], axis=1) / 2
-    need = radius[:, None] + radius[None, :]
-
-    def gaps(p: Array) -> Array:
-        return np.asarray(np.linalg.norm(p[:, None, :2] - p[None, :, :2], axis=-1))
-
-    shown, now = gaps(spec.object_poses), gaps(poses)
-    return bool(np.all((now >= np.minimum(need, shown)) | np.eye(len(poses), dtype=bool)))

@@ -11,7 +11,8 @@ from imitate.errors import ImitateError
 from imitate.learning import cluster as module
 from imitate.learning import trials
 from imitate.learning.cluster import cluster
-from imitate.learning.trials import Task, Trials, perturbed_starts, process_pool
+from imitate.learning.starts import perturbed_starts
+from imitate.learning.trials import Task, Trials, process_pool
 from imitate.settings import Settings
 from imitate.world.scene import scene_of
 

@@ -13,7 +13,7 @@ from imitate.demonstration import interpolated
 from imitate.events import SessionStarted, TrialFinished
 from imitate.formats.session_writer import SessionWriter
 from imitate.learning.problem import formulate
-from imitate.learning.trials import perturbed_starts
+from imitate.learning.starts import perturbed_starts
 from imitate.record import Start, TrialRecord
 from imitate.segmentation import segment
 from imitate.session.compare import column_names
