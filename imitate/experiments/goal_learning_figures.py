@@ -28,9 +28,8 @@ def errors_figure(rows: Sequence[Row]) -> Figure:
             capsize=2,
             label=f"{way} goal learning",
         )
-        counted = [row for row in mine if row["whole"]]
-        share = [row["whole"][0] / row["whole"][1] for row in counted]
-        success.plot([row["off"] for row in counted], share, **style(k), marker="os"[k], markersize=4)
+        share = [row["whole"][0] / row["whole"][1] for row in mine]
+        success.plot([row["off"] for row in mine], share, **style(k), marker="os"[k], markersize=4)
     cost.set_ylabel("terminal cost of the carry")
     cost.set_ylim(bottom=0)
     success.set_ylabel("share of new starts that succeed")
