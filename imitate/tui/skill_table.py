@@ -71,7 +71,7 @@ class Alternatives(OptionList):
         self._rows: list[str] = []
 
     def show(self, segment: Segment | None) -> None:
-        """Of this segment; nothing without one. Who is choosing among them stays where he is."""
+        """Of this segment; nothing without one. Whoever is choosing keeps their place."""
         rows = _rows_of(segment) if segment else []
         if rows == self._rows:
             return

@@ -162,7 +162,7 @@ async def test_a_decision_that_is_refused_is_a_notice_and_changes_nothing(tmp_pa
     assert app.state.segments == scripted.segments()
 
 
-async def test_who_chooses_an_abstraction_stays_where_he_is_when_the_screen_is_drawn_anew(
+async def test_whoever_chooses_an_abstraction_keeps_their_place_when_the_screen_is_drawn_anew(
     tmp_path: Path,
 ) -> None:
     app = scripted_app(tmp_path)
