@@ -62,9 +62,10 @@ class Alternatives(OptionList):
         "explains of the motion than the best (natural log). Enter chooses, Esc leaves it as it is."
     )
     BINDINGS = [
-        Binding("escape", "leave", "skills", id="review.leave", show=False,
-                tooltip="Back to the skills; nothing is changed"),
-    ]  # fmt: skip
+        Binding(
+            "escape", "leave", "skills", id="review.leave", tooltip="Back to the skills; nothing changes"
+        ),
+    ]
 
     def __init__(self) -> None:
         super().__init__(id="alternatives", markup=False)
