@@ -108,14 +108,11 @@ class Improvement:
         rng = np.random.default_rng(self.runs.seed(0, self.runs.update))
         count = s.rollouts if self.runs.update else s.first_rollouts - len(self.tried)
         batch = [self.mean] * (self.runs.update > 0) + self._corrected()
-        return [*batch, *(self._near_mean(rng, factor, k % 2 == 1) for k in range(count - len(batch)))]
+        return [*batch, *(self._near_mean(rng, factor) for _ in range(count - len(batch)))]
 
-    def _near_mean(self, rng: np.random.Generator, factor: float, elsewhere: bool) -> Row:
-        # Half of the trials take hold where the mean does: a force that holds is found sooner there.
+    def _near_mean(self, rng: np.random.Generator, factor: float) -> Row:
         *before, mean = self.mean
         policy = sample(mean, rng, factor, self.settings, self.spread)
-        if not elsewhere:
-            return (*before, policy)
         return (*(shifted(p, rng, factor * self.settings.learning.grasp_noise) for p in before), policy)
 
     def _corrected(self) -> list[Row]:
