@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -141,12 +141,16 @@ class Runs:
         return Evaluated(*self.id, p.successes, p.trials, *p.interval, learned.accepted, learned.cost)
 
     def firm(self, events: Sequence[TrialFinished]) -> float:
-        """The share of trials that succeeded with a margin, so that a start a little different will too."""
+        """The share of trials that succeeded with a margin, so that a start a little different will too.
+
+        How near its margin an object is that an earlier skill placed, this one cannot change.
+        """
         s = self.settings.learning
         near, angle = s.margin * s.near, s.margin * s.near_angle
         strict = s.model_copy(update={"near": near, "near_angle": angle})
+        own = replace(self.problem, placed=())
         firm = [
-            not misses_of(self.problem, e.believed, "", e.cost, strict)
+            not misses_of(own, e.believed, "", e.cost, strict)
             for e in events
             if e.success and e.believed is not None
         ]

@@ -108,13 +108,19 @@ class ReviewScreen(StepScreen):
         if state.demonstration is None:
             return
         cuts = [s.end for s in segments[:-1]]
-        looking = self.query_one(Looking)
-        looking.show(state.demonstration, state.album, state.along, cuts, self.boundary)
-        marked = (id(state.demonstration), self.boundary, cuts[self.boundary] if cuts else 0.0)
-        if marked != self._marked and cuts:  # the boundary that the keys move is what is looked at
-            looking.go(cuts[self.boundary])
-        self._marked = marked
+        look = (state.demonstration, state.album, state.along, cuts, self.boundary)
+        self.query_one(Looking).show(*look)
+        self._look_at_boundary()
         self._draw_time()
+
+    def _look_at_boundary(self) -> None:
+        # The boundary that the keys move is what is looked at, from when it is another or elsewhere.
+        if len(self.state.segments) > 1:
+            cut = self.state.segments[self.boundary].end
+            marked = (id(self.state.demonstration), self.boundary, cut)
+            if marked != self._marked:
+                self._marked = marked
+                self.query_one(Looking).go(cut)
 
     def _draw_doubts(self) -> None:
         doubts = sorted(self.state.doubts or (), key=lambda d: not d.first <= self.selected <= d.last)
@@ -222,6 +228,7 @@ class ReviewScreen(StepScreen):
             self.post_message(Failed("decide", str(error)))
             return
         state.decide(decision, segments)
+        self._look_at_boundary()  # now: keys may look elsewhere before the next redraw
         self.post_message(Decided())
 
     def action_split(self) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scripted
-from scripted_app import at, scripted_app, until
+from scripted_app import at, drawn, scripted_app, until
 from textual.widgets import DataTable, Static
 
 from imitate.skill import Decision
@@ -16,6 +16,7 @@ from imitate.tui.app import ImitateApp
 from imitate.tui.looking import VIEWS, Looking
 from imitate.tui.moment import Moment, unseen
 from imitate.tui.picture import Blocks
+from imitate.tui.review import ReviewScreen
 from imitate.tui.timeline import Timeline
 from imitate.tui.traces import Traces
 
@@ -76,6 +77,20 @@ async def test_a_boundary_comes_to_where_one_looks_and_a_skill_is_split_there(tm
     assert kinds == [
         ("move", 0, pytest.approx(3.0)), ("split", 0, pytest.approx(1.0)), ("move", 0, pytest.approx(2.0))
     ]  # fmt: skip
+
+
+async def test_a_late_redraw_does_not_look_elsewhere(tmp_path: Path) -> None:
+    app = scripted_app(tmp_path)
+    async with app.run_test() as pilot:
+        await until(pilot, at(app, "review"))
+        await drawn(pilot)
+        step = app.step
+        assert isinstance(step, ReviewScreen)
+        looking(app).step(0, -1)
+        step.action_here()
+        looking(app).step(0, -1)  # before the decision is drawn
+        step.redraw()
+        assert looking(app).now == pytest.approx(2.0)
 
 
 async def test_the_demonstration_plays_to_its_end_and_then_from_its_beginning(tmp_path: Path) -> None:
