@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from imitate.errors import FileError, UsageError
-from imitate.settings import Settings, load_settings, settings_from_toml, to_toml
+from imitate.settings import Settings, dotted, load_settings, settings_from_toml, to_toml
 
 
 @pytest.mark.parametrize("mode", ["robust", "faithful", "cst"])
@@ -91,3 +91,7 @@ def test_a_recorded_setting_out_of_range_is_still_an_error():
     text = to_toml(Settings()).replace("alpha = 0.8", "alpha = 8.0\ngone = 1")
     with pytest.raises(UsageError, match=r"learning.alpha = 8.0"):
         settings_from_toml(text)
+
+
+def test_a_table_by_dotted_names():
+    assert dotted({"a": 1, "b": {"c": [2], "d": {"e": ""}}, "f": {}}) == {"a": 1, "b.c": [2], "b.d.e": ""}

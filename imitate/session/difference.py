@@ -17,6 +17,7 @@ from imitate.formats.steps import TrialSteps
 from imitate.session.again import place_of
 from imitate.session.beside import compare_beside
 from imitate.session.compare import Difference, first_difference
+from imitate.settings import dotted
 
 
 @dataclass(frozen=True)
@@ -152,18 +153,10 @@ def _with_steps(event: Event | None) -> Event | None:
 
 
 def _settings(begun: Sequence[SessionStarted]) -> tuple[Setting, ...]:
-    first, second = (dict(_flat(tomllib.loads(started.settings))) for started in begun)
+    first, second = (dotted(tomllib.loads(started.settings)) for started in begun)
     names = [*first, *(name for name in second if name not in first)]
     pairs = [Setting(name, first.get(name), second.get(name)) for name in names]
     return tuple(pair for pair in pairs if pair.first != pair.second)
-
-
-def _flat(table: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    for key, value in table.items():
-        if isinstance(value, dict):
-            yield from _flat(value, f"{prefix}{key}.")
-        else:
-            yield f"{prefix}{key}", value
 
 
 def _decisions(path: Path) -> tuple[str, ...]:

@@ -5,10 +5,10 @@ tables). ``cst`` is ``robust`` but for the segmentation, which is the baseline t
 settings file holds ``mode`` and whatever is to differ from that mode's values.
 
 Sections: `Perception`, `Segmentation`, `PolicySettings`, `Learning`, `World`; together: `Settings`. In and
-out: `load_settings`, `parse_settings`, `settings_from_toml`, `to_toml`.
+out: `load_settings`, `parse_settings`, `settings_from_toml`, `to_toml`; `dotted`, any TOML by dotted names.
 """
 
-from imitate.settings.files import load_settings, parse_settings, settings_from_toml, to_toml
+from imitate.settings.files import dotted, load_settings, parse_settings, settings_from_toml, to_toml
 from imitate.settings.learning import Learning
 from imitate.settings.modes import Settings
 from imitate.settings.perception import Perception
@@ -24,6 +24,7 @@ __all__ = [
     "Segmentation",
     "Settings",
     "World",
+    "dotted",
     "load_settings",
     "parse_settings",
     "settings_from_toml",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -63,6 +64,17 @@ def to_toml(settings: Settings) -> str:
         else:
             top.append(f"{name} = {_toml(value)}\n")
     return "".join(top) + "".join(tables)
+
+
+def dotted(table: Mapping[str, Any]) -> dict[str, Any]:
+    """A TOML table's values by their dotted names: `[learn]` and `stop = "S"` is {"learn.stop": "S"}."""
+    found: dict[str, Any] = {}
+    for name, value in table.items():
+        if isinstance(value, dict):
+            found |= {f"{name}.{k}": v for k, v in dotted(value).items()}
+        else:
+            found[name] = value
+    return found
 
 
 def _toml(value: Any) -> str:

@@ -18,6 +18,7 @@ from textual.screen import Screen
 
 import imitate.tui
 from imitate.errors import FileError, UnknownNameError
+from imitate.settings import dotted
 
 _NAMED = {key.value for key in Keys}
 _MODIFIERS = {"ctrl", "shift", "alt"}
@@ -53,7 +54,7 @@ def read_keys(path: Path) -> dict[str, str]:
         UnknownNameError: an id that no key has; names those that there are.
     """
     try:
-        given = dict(_flat(tomllib.loads(path.read_text(encoding="utf-8"))))
+        given = dotted(tomllib.loads(path.read_text(encoding="utf-8")))
     except FileNotFoundError:
         raise FileError(path, "no such file of keys", _REMEDY) from None
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
@@ -84,14 +85,6 @@ def commands(app: App[Any], screen: Screen[Any]) -> Iterator[SystemCommand]:
             shown = f"{app.get_key_display(binding)} · {binding.id}"
             act = partial(app.run_action, binding.action, active.node)
             yield SystemCommand(binding.tooltip.partition(";")[0], shown, act)
-
-
-def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    for name, value in table.items():
-        if isinstance(value, dict):
-            yield from _flat(value, f"{prefix}{name}.")
-        else:
-            yield f"{prefix}{name}", value
 
 
 def _keys(text: str) -> list[str]:

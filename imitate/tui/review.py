@@ -169,13 +169,13 @@ class ReviewScreen(StepScreen):
         """To the ranked alternatives of the selected skill."""
         options = self.query_one(Alternatives)
         if options.option_count:
-            options.focus()
+            self.set_focus(options)  # at once: a key may follow
             options.highlighted = 0
 
     @on(Alternatives.OptionSelected)
     def _on_alternative(self, event: Alternatives.OptionSelected) -> None:
         chosen = self.state.segments[self.selected].alternatives[event.option_index].abstraction
-        self.query_one(SkillTable).focus()
+        self.set_focus(self.query_one(SkillTable))
         self._decide(Decision("relabel", self.selected, abstraction=chosen))
 
     def action_nudge(self, frames: int, tenths: int) -> None:

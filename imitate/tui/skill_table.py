@@ -85,7 +85,7 @@ class Alternatives(OptionList):
     def action_leave(self) -> None:
         """Back to the skills."""
         self.highlighted = None
-        self.screen.query_one(SkillTable).focus()
+        self.screen.set_focus(self.screen.query_one(SkillTable))
 
 
 def _rows_of(segment: Segment) -> list[str]:

@@ -13,7 +13,8 @@ from textual.widgets import DataTable
 from imitate.errors import UsageError
 from imitate.formats.decisions import read_decisions
 from imitate.skill import Decision
-from imitate.tui.skill_table import Alternatives
+from imitate.tui.review import ReviewScreen
+from imitate.tui.skill_table import Alternatives, SkillTable
 from imitate.tui.timeline import Timeline
 
 
@@ -176,3 +177,15 @@ async def test_whoever_chooses_an_abstraction_keeps_their_place_when_the_screen_
         await pilot.press("enter")
         await until(pilot, lambda: len(app.state.decisions) == 1)
     assert app.state.segments[0].abstraction == app.state.found[0].alternatives[1].abstraction
+
+
+async def test_the_key_after_enter_already_is_for_the_alternatives(tmp_path: Path) -> None:
+    app = scripted_app(tmp_path)
+    async with app.run_test() as pilot:
+        await until(pilot, at(app, "review"))
+        step = app.step
+        assert isinstance(step, ReviewScreen)
+        step.action_alternatives()
+        assert app.focused is app.screen.query_one(Alternatives)
+        app.screen.query_one(Alternatives).action_leave()
+        assert app.focused is app.screen.query_one(SkillTable)
