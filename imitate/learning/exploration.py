@@ -37,11 +37,9 @@ def first_spread(mean: Policy, settings: Settings) -> Spread | None:
     """The covariances to start from; None where the exploration does not adapt any."""
     if settings.learning.exploration != "covariance":
         return None
-    kernels, forces = len(mean.pose_weights), len(mean.gripper_weights)
-    variance = _deviation(mean, settings) ** 2
-    return Spread(
-        variance[:, None, None] * np.eye(kernels), settings.learning.gripper_noise**2 * np.eye(forces)
-    )
+    variance, s = _deviation(mean, settings) ** 2, settings.learning
+    squeeze = s.gripper_noise**2 * _alike(len(mean.gripper_weights), s.gripper_smoothness)
+    return Spread(variance[:, None, None] * np.eye(len(mean.pose_weights)), squeeze)
 
 
 def sample(
@@ -53,7 +51,8 @@ def sample(
     gripper = rng.standard_normal(mean.gripper_weights.shape)
     if spread is None:
         pose = factor * _deviation(mean, settings) * pose
-        gripper = factor * s.gripper_noise * gripper
+        alike = np.linalg.cholesky(_alike(len(gripper), s.gripper_smoothness))
+        gripper = factor * s.gripper_noise * (alike @ gripper)
     else:
         pose = np.einsum("dij,jd->id", np.linalg.cholesky(spread.pose), pose)
         gripper = np.linalg.cholesky(spread.gripper) @ gripper
@@ -118,6 +117,14 @@ def adapted(
 
 def _aimed(mean: Policy, rng: np.random.Generator, deviation: Array) -> Policy:
     return replace(mean, goal=normalised(mean.goal + deviation * rng.standard_normal(7)))
+
+
+def _alike(kernels: int, smoothness: float) -> Array:
+    # (n, n) correlation of the noise of kernels so far from each other.
+    if not smoothness:
+        return np.eye(kernels)
+    at = np.arange(kernels)
+    return np.asarray(np.exp(-np.abs(at[:, None] - at) / smoothness))
 
 
 def _deviation(mean: Policy, settings: Settings) -> Array:

@@ -46,6 +46,7 @@ _FAITHFUL: dict[str, dict[str, Any]] = {
         "judge": "cost",
         "closed_end_cost": 0.0,
         "gripper_noise": 60.0,
+        "gripper_smoothness": 0.0,
         "gripper_from_opening": False,
     },
     "policy": {"gripper_decay": 2.0, "orientation": "quaternion"},

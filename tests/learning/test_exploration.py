@@ -135,7 +135,7 @@ def test_without_noise_the_goal_stays_and_no_draw_is_made_for_it():
 
 
 def test_the_covariance_starts_as_the_constant_noise_and_narrows_to_what_was_cheap():
-    s = settings("covariance", covariance_rate=1.0, least_noise=0.1)
+    s = settings("covariance", covariance_rate=1.0, least_noise=0.1, gripper_smoothness=0.0)
     spread = first_spread(MEAN, s)
     assert spread is not None
     np.testing.assert_allclose(spread.pose[0], (0.02 * 3) ** 2 * np.eye(4))
@@ -161,3 +161,17 @@ def test_a_policy_without_a_gripper_is_explored_by_every_algorithm():
         assert tried.gripper_weights.shape == (0,)
         noise = tried.pose_weights - bare.pose_weights if exploration != "per-kernel" else tried.pose_noise
         assert noise.any()
+
+
+@pytest.mark.parametrize("exploration", ["constant", "covariance"])
+@pytest.mark.parametrize("smoothness", [0.0, 2.0, 4.0])
+def test_the_grippers_noise_is_as_strong_and_as_smooth_as_asked(exploration, smoothness):
+    neighbours = np.exp(-1 / smoothness) if smoothness else 0.0
+    s = settings(exploration, gripper_smoothness=smoothness, gripper_noise=40.0)
+    rng, mean = np.random.default_rng(RNG), replace(MEAN, gripper_weights=np.zeros(5))
+    spread = first_spread(mean, s)
+    drawn = np.array([sample(mean, rng, 1.0, s, spread).gripper_weights for _ in range(4000)])
+    np.testing.assert_allclose(drawn.std(axis=0), 40.0, rtol=0.05)
+    correlation = np.corrcoef(drawn.T)
+    np.testing.assert_allclose(np.diag(correlation, 1), neighbours, atol=0.05)
+    np.testing.assert_allclose(correlation[0, 4], neighbours**4, atol=0.05)
