@@ -152,7 +152,7 @@ class Improvement:
         if won.rate < s.alpha:
             return None
         judged = yield from self.runs.judge(winner)
-        sure = judged.accepted and judged.firm >= s.sure and judged.success.rate >= s.safe
+        sure = judged.accepted and judged.firm >= s.sure and judged.fair >= s.safe
         yield self.runs.evaluated(replace(judged, accepted=sure))
         if self.best is None or _merit(judged) > _merit(self.best):
             self.best = judged

@@ -57,15 +57,21 @@ def trajectory_of(record: TrialRecord, object_names: Sequence[str], body: str) -
     return np.asarray(record.object_poses[:, object_names.index(body)])
 
 
+def displaced(
+    record: TrialRecord, object_names: Sequence[str], wanted: Sequence[Placement], settings: Learning
+) -> bool:
+    """Whether something was off its place already when the last option of the record started."""
+    began = record.option_starts[-1]
+    return any(_off(record, object_names, place, began) > settings.near for place in wanted)
+
+
 def misplaced(
     record: TrialRecord, object_names: Sequence[str], wanted: Sequence[Placement], settings: Learning
 ) -> str:
     """What is not where it was shown at a trial's end, in words; empty when everything is."""
     reasons = []
     for place in wanted:
-        reference = trajectory_of(record, object_names, place.reference)[-1]
-        now = relative(reference, record.object_poses[-1, place.index])
-        off = float(np.linalg.norm(now[:3] - place.position))
+        off = _off(record, object_names, place, -1)
         if off > settings.near:
             reasons.append(
                 f"{place.name} ends {off * 1e3:.0f} mm from its place relative to {place.reference}"
@@ -75,6 +81,13 @@ def misplaced(
         elif place.left and record.contact_forces[-1, place.index] > 0:
             reasons.append(f"the gripper still touches {place.name}")
     return "; ".join(reasons)
+
+
+def _off(record: TrialRecord, object_names: Sequence[str], place: Placement, step: int) -> float:
+    # m between where an object is at a step and where it was shown, in its reference's frame.
+    reference = trajectory_of(record, object_names, place.reference)[step]
+    now = relative(reference, record.object_poses[step, place.index])
+    return float(np.linalg.norm(now[:3] - place.position))
 
 
 def unseen(seen: Sightings | None, object_names: Sequence[str], bodies: Iterable[str]) -> str:

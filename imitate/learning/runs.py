@@ -10,7 +10,7 @@ import numpy as np
 from imitate.events import Evaluated, Event, Purpose, TrialFinished
 from imitate.geometry import Array
 from imitate.learning.option import Success
-from imitate.learning.placement import unseen
+from imitate.learning.placement import displaced, unseen
 from imitate.learning.problem import Problem, cost_of, failure_of, misses_of
 from imitate.learning.starts import perturbed_starts
 from imitate.learning.trials import WATCHING, Task, Trials
@@ -31,13 +31,15 @@ class Learned:
         row: the best found, accepted or not.
         cost: its mean total from the perturbed starts.
         success: over the perturbed starts.
-        firm: share of those starts that succeeded with a margin.
+        fair: share of successes, of those starts where what earlier skills placed was right when this began.
+        firm: share of them that succeeded with a margin.
         accepted: P ≥ α.
     """
 
     row: Row
     cost: float
     success: Success
+    fair: float
     firm: float
     accepted: bool
 
@@ -133,7 +135,9 @@ class Runs:
         events = yield from self.evaluate(row, starts, "evaluate")
         success = Success(sum(event.success for event in events), len(events))
         cost = float(np.mean([event.cost.total for event in events]))
-        return Learned(row, cost, success, self.firm(events), success.rate >= s.alpha)
+        fair = self._fair(events)
+        share = sum(event.success for event in fair) / max(len(fair), 1)
+        return Learned(row, cost, success, share, self.firm(fair), success.rate >= s.alpha)
 
     def evaluated(self, learned: Learned) -> Evaluated:
         """What was learned, as an event."""
@@ -154,7 +158,15 @@ class Runs:
             for e in events
             if e.success and e.believed is not None
         ]
-        return sum(firm) / len(events)
+        return sum(firm) / max(len(events), 1)
+
+    def _fair(self, events: Sequence[TrialFinished]) -> list[TrialFinished]:
+        # What was off its place before this skill began, none of its policies can mend.
+        names, s = self.problem.object_names, self.settings.learning
+        seen = ((e, e.believed) for e in events)
+        return [
+            e for e, record in seen if record is None or not displaced(record, names, self.problem.placed, s)
+        ]
 
     def _event(self, outcome: Outcome, purpose: Purpose, policies: tuple[Policy, ...]) -> TrialFinished:
         s = self.settings.learning

