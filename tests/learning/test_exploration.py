@@ -135,7 +135,7 @@ def test_without_noise_the_goal_stays_and_no_draw_is_made_for_it():
 
 
 def test_the_covariance_starts_as_the_constant_noise_and_narrows_to_what_was_cheap():
-    s = settings("covariance", covariance_rate=1.0, least_noise=0.1, gripper_smoothness=0.0)
+    s = settings("covariance", covariance_rate=1.0, gripper_noise=40.0, gripper_smoothness=0.0)
     spread = first_spread(MEAN, s)
     assert spread is not None
     np.testing.assert_allclose(spread.pose[0], (0.02 * 3) ** 2 * np.eye(4))
