@@ -136,15 +136,14 @@ class Improvement:
         s = self.settings.learning
         new = [t for t in self.tried if t.success and t.trial not in self.competed]
         new = sorted(new, key=lambda t: t.cost.total)[: s.candidates + 1] if s.candidates else []
+        if not new:
+            return None
+        starts = perturbed_starts(self.spec, s.candidate_starts, self.runs.seed(1), self.settings)
         fits = []
-        for tried in new:
-            starts = perturbed_starts(self.spec, s.candidate_starts, self.runs.seed(1), self.settings)
-            events = yield from self.runs.evaluate(tried.policies, starts, "choose")
+        for events in (yield from self.runs.evaluate([tried.policies for tried in new], starts, "choose")):
             failed = sum(not e.success for e in events)
             fits.append((failed, -self.runs.firm(events), sum(e.cost.total for e in events)))
         self.competed |= {tried.trial for tried in new}
-        if not fits:
-            return None
         winner = new[fits.index(min(fits))].policies
         won = Success(s.candidate_starts - min(fits)[0], s.candidate_starts)
         if won.rate > self.contested.rate:

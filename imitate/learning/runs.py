@@ -111,16 +111,15 @@ class Runs:
         return done
 
     def evaluate(
-        self, row: Row, starts: list[Start], purpose: Purpose
-    ) -> Generator[Event, None, list[TrialFinished]]:
-        """A trial of the row from each start, the accepted options before it."""
-        policies = (*self._prefix, *row)
+        self, rows: Sequence[Row], starts: Sequence[Start], purpose: Purpose
+    ) -> Generator[Event, None, list[list[TrialFinished]]]:
+        """A trial of each row from each start, the accepted options before it; each row's trials."""
+        asked = [(start, (*self._prefix, *row)) for row in rows for start in starts]
         events = []
-        for outcome in self._trials.run(self._tasks([(start, policies) for start in starts])):
-            event = self._event(outcome, purpose, policies)
-            yield event
-            events.append(event)
-        return events
+        for (_, policies), outcome in zip(asked, self._trials.run(self._tasks(asked)), strict=True):
+            events.append(self._event(outcome, purpose, policies))
+            yield events[-1]
+        return [events[k : k + len(starts)] for k in range(0, len(events), len(starts))]
 
     def judge(self, row: Row, afresh: bool = False) -> Generator[Event, None, Learned]:
         """P over the perturbed starts, and what the row cost there.
@@ -132,7 +131,7 @@ class Runs:
         s = self.settings.learning
         chance = self.seed(_AFRESH if afresh else _JUDGING)
         starts = perturbed_starts(self._trials.spec, s.evaluation_starts, chance, self.settings)
-        events = yield from self.evaluate(row, starts, "evaluate")
+        (events,) = yield from self.evaluate([row], starts, "evaluate")
         success = Success(sum(event.success for event in events), len(events))
         cost = float(np.mean([event.cost.total for event in events]))
         fair = self._fair(events)

@@ -12,18 +12,20 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from multiprocessing import get_context, parent_process
 from types import TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from imitate.errors import ImitateError
 from imitate.geometry import Array
-from imitate.learning.watching import Watcher
 from imitate.record import SceneSpec, Start
 from imitate.settings import Settings
 from imitate.skill import Policy
 from imitate.world.scene import World
 from imitate.world.trial import Outcome, Simulator
+
+if TYPE_CHECKING:
+    from imitate.learning.watching import Watcher
 
 ExecutorFactory = Callable[[], Executor]
 
@@ -170,6 +172,14 @@ def _run_task(scene: bytes, task: Task) -> Outcome:
         return replace(simulator.run(task.start, task.policies, watcher), seen=watcher.sightings)
 
 
+def _watcher(spec: SceneSpec, settings: Settings) -> Watcher | None:
+    if not settings.learning.observe_trials:
+        return None
+    from imitate.learning.watching import Watcher  # 0.1 s that most trials have no use for
+
+    return Watcher(spec, settings)
+
+
 _kept: dict[bytes, tuple[Simulator, Watcher | None]] = {}
 
 
@@ -182,6 +192,5 @@ def _simulator(scene: bytes) -> tuple[Simulator, Watcher | None]:
             if watcher:
                 watcher.close()
         spec, settings = pickle.loads(scene)
-        watcher = Watcher(spec, settings) if settings.learning.observe_trials else None
-        _kept[scene] = Simulator(World(spec, settings.world), settings), watcher
+        _kept[scene] = Simulator(World(spec, settings.world), settings), _watcher(spec, settings)
     return _kept[scene]

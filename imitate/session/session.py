@@ -18,7 +18,7 @@ from imitate.formats.session_messages import Stamped
 from imitate.formats.session_pictures import pictures_of
 from imitate.formats.session_writer import SessionWriter
 from imitate.learning.problem import check_durations
-from imitate.learning.trials import Skip, Trials, executors, nothing_is_skipped
+from imitate.learning.trials import ExecutorFactory, Skip, Trials, executors, nothing_is_skipped
 from imitate.session.course import course, segmented
 from imitate.session.size import check_room, expected_bytes
 from imitate.session.source import Source, Watching, read_source
@@ -67,6 +67,7 @@ def run(
     should_stop: Callable[[], bool] = lambda: False,
     watching: Watching | None = None,
     skip: Skip = nothing_is_skipped,
+    factory: ExecutorFactory | None = None,
 ) -> Iterator[Event]:
     """The session's events, each in the log before it is seen here.
 
@@ -75,6 +76,7 @@ def run(
         should_stop: asked after each event; true ends the session there, its log valid.
         watching: hears of (frames done, frames in all) while a recording is observed.
         skip: asked after each batch of trials whether its formulation is given up.
+        factory: of what runs the trials, where that is not for ``request`` to say.
 
     Raises:
         ImitateError: the source, the settings or the scene is not one to learn from.
@@ -87,7 +89,7 @@ def run(
     request = replace(request, settings=_settings_for(source, request.settings))
     with ExitStack() as stack:
         listeners: list[Callable[[Event], None]] = []
-        for event in _course(request, source, stack, skip):
+        for event in _course(request, source, stack, skip, factory):
             if not listeners and (request.log or request.rrd):
                 listeners = _listeners(request, stack)
             for write in listeners:
@@ -159,12 +161,14 @@ def _opening(request: Request, source: Source) -> list[Event]:
     return [started, *told]
 
 
-def _course(request: Request, source: Source, stack: ExitStack, skip: Skip) -> Iterator[Event]:
+def _course(
+    request: Request, source: Source, stack: ExitStack, skip: Skip, factory: ExecutorFactory | None
+) -> Iterator[Event]:
     try:
         opening = _opening(request, source)
     except (DemonstrationError, SceneError) as error:
         raise type(error)(f"{request.source}: {error}") from error
-    factory = executors(request.workers, request.cluster)
+    factory = factory or executors(request.workers, request.cluster)
     started, settled = opening[0], opening[-1]
     assert isinstance(started, events.SessionStarted)
     assert isinstance(settled, events.Segmented | events.Decided)

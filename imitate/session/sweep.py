@@ -12,13 +12,17 @@ from dataclasses import dataclass, replace
 from functools import partial
 from multiprocessing import get_context, parent_process
 from multiprocessing.synchronize import Event as Flag
+from typing import ParamSpec, TypeVar
 
 from imitate.errors import ImitateError
 from imitate.formats.output import refuse_existing
 from imitate.learning.trials import ExecutorFactory
 from imitate.session.progress import Progress
 from imitate.session.session import Request, run
+from imitate.session.spare import Cores, Sharing
 
+_P = ParamSpec("_P")
+_Result = TypeVar("_Result")
 _DEATHS_FORGIVEN = 3
 
 
@@ -132,6 +136,8 @@ def _run_rest(
 def session_pool(workers: int, board: Board | None = None) -> ExecutorFactory:
     """A factory of local processes that run a session at a time each, and note on ``board`` how far it is.
 
+    A core that has no session left runs trials of those that still run.
+
     Cancelling, the end of this process included, stops each session after its present trial: its files are
     whole then, and end where it stopped.
     """
@@ -144,8 +150,13 @@ class _SessionPool(ProcessPoolExecutor):
     def __init__(self, workers: int, board: Board | None) -> None:
         spawn = get_context("spawn")
         self._cancelled = spawn.Event()
-        given = self._cancelled, board
+        self._cores = Cores(workers)
+        given = self._cancelled, self._cores, board
         super().__init__(workers, mp_context=spawn, initializer=_prepare, initargs=given)
+
+    def submit(self, fn: Callable[_P, _Result], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_Result]:
+        self._cores.begin()
+        return super().submit(partial(_counted, fn, *args, **kwargs))
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         if cancel_futures:
@@ -156,12 +167,14 @@ class _SessionPool(ProcessPoolExecutor):
 _running = threading.Lock()
 _stops: list[Flag] = []
 _boards: list[Board] = []
+_cores: list[Cores] = []
 
 
-def _prepare(cancelled: Flag, board: Board | None) -> None:
+def _prepare(cancelled: Flag, cores: Cores, board: Board | None) -> None:
     # Ctrl-C is the parent's affair. A worker whose parent was killed ends its session well, and then itself.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _stops.append(cancelled)
+    _cores.append(cores)
     if board:
         _boards.append(board)
     parent = parent_process()
@@ -174,6 +187,14 @@ def _prepare(cancelled: Flag, board: Board | None) -> None:
                 os._exit(1)
 
     threading.Thread(target=wait, daemon=True).start()
+
+
+def _counted(fn: Callable[_P, _Result], *args: _P.args, **kwargs: _P.kwargs) -> _Result:
+    try:
+        return fn(*args, **kwargs)
+    finally:
+        for cores in _cores:
+            cores.end()
 
 
 def _should_stop() -> bool:
@@ -190,14 +211,17 @@ def run_session(number: int, request: Request) -> Swept:
 
     Args:
         number: its place on the pool's board, if that has one.
-        request: its ``workers`` is 0 where the session is to run its trials itself.
+        request: its ``workers`` is 0 where the session is to run its trials itself, and on what cores its
+            pool can spare.
     """
     progress, error = Progress(), ""
+    alone = request.workers == 0 and not request.cluster
+    trials = partial(Sharing, _cores[-1]) if alone and _cores else None
     began = time.monotonic()
     with _running:
         try:
             if not _should_stop():
-                for event in run(request, _should_stop, _watching):
+                for event in run(request, _should_stop, _watching, factory=trials):
                     progress.fold(event)
                     _note(number, progress)
         except ImitateError as problem:

@@ -154,7 +154,7 @@ def test_workers_that_die_again_and_again_are_said(source):
     assert Dying.made == 4
 
 
-def _unexpected(*_):
+def _unexpected(*_, **__):
     raise ZeroDivisionError("seven")
 
 
