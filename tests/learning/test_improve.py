@@ -1,7 +1,7 @@
 """One formulation learned in a made-up world, where a grip that is firm enough places the block."""
 
 from dataclasses import replace
-from itertools import count
+from itertools import count, groupby
 
 import numpy as np
 import pytest
@@ -252,6 +252,21 @@ def test_the_best_of_several_is_judged_on_starts_that_did_not_choose_it(learn, m
     assert judged[-1] not in judged[:-1] and len(judged) > 1
     last = [e for e in events if isinstance(e, TrialFinished) and e.purpose == "evaluate"][-20:]
     assert learned.success.successes == sum(e.success for e in last)
+
+
+def test_all_who_compete_do_so_in_one_batch_for_the_cores_to_share(learn, monkeypatch):
+    batches, run = [], Pretended.run
+
+    def noted(self, tasks):
+        batches.append(len(tasks))
+        return run(self, tasks)
+
+    monkeypatch.setattr(Pretended, "run", noted)
+    events, _ = learn(held_from(20.0))
+    purposes = groupby(e.purpose for e in events if isinstance(e, TrialFinished))
+    rounds = [len(list(trials)) for purpose, trials in purposes if purpose == "choose"]
+    assert max(rounds) > load_settings().learning.candidate_starts
+    assert set(rounds) <= set(batches)
 
 
 def test_what_nearly_won_is_gone_on_with_and_judged_in_the_end(learn):
