@@ -9,12 +9,13 @@ import numpy as np
 
 from imitate.events import Evaluated, Event, Purpose, TrialFinished
 from imitate.geometry import Array
+from imitate.learning.grasp import fell
 from imitate.learning.option import Success
 from imitate.learning.placement import displaced, unseen
 from imitate.learning.problem import Problem, cost_of, failure_of, misses_of
 from imitate.learning.starts import perturbed_starts
 from imitate.learning.trials import WATCHING, Task, Trials
-from imitate.record import Start
+from imitate.record import Start, TrialRecord
 from imitate.settings import Settings
 from imitate.skill import CostTerms, Miss, Policy
 from imitate.world.trial import Outcome
@@ -146,18 +147,24 @@ class Runs:
     def firm(self, events: Sequence[TrialFinished]) -> float:
         """The share of trials that succeeded with a margin, so that a start a little different will too.
 
-        How near its margin an object is that an earlier skill placed, this one cannot change.
+        What is carried was put down, too, and did not fall to its place. How near its margin an object is
+        that an earlier skill placed, this one cannot change.
         """
         s = self.settings.learning
         near, angle = s.margin * s.near, s.margin * s.near_angle
         strict = s.model_copy(update={"near": near, "near_angle": angle})
         own = replace(self.problem, placed=())
         firm = [
-            not misses_of(own, e.believed, "", e.cost, strict)
+            not misses_of(own, e.believed, "", e.cost, strict) and not self._dropped(e.believed)
             for e in events
             if e.success and e.believed is not None
         ]
         return sum(firm) / max(len(events), 1)
+
+    def _dropped(self, record: TrialRecord) -> bool:
+        names, abstraction = self.problem.object_names, self.problem.formulation.abstraction
+        s = self.settings.learning
+        return any(fell(record, names, body, abstraction.reference, s) for body in abstraction.carried)
 
     def _fair(self, events: Sequence[TrialFinished]) -> list[TrialFinished]:
         # What was off its place before this skill began, none of its policies can mend.

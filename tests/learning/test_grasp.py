@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from records import gripping, still
 
-from imitate.learning.grasp import grasp_of
+from imitate.geometry import compose, from_yaw
+from imitate.learning.grasp import fell, grasp_of
 from imitate.settings import Settings
 from imitate.world.scene import World, scene_of, shown_start
 from imitate.world.trial import Simulator
@@ -48,6 +49,46 @@ def trial(record, closed=(), pressed=(), force=20.0, option_starts=(0,), lifted=
 )
 def test_grasps_are_told_apart(perfect, closed, pressed, words):
     assert str(grasp_of(trial(perfect, closed, pressed, lifted=0.1), 0)) == words
+
+
+def falling(record, closed, pressed, by=(0, 0, 0), turn=0.0, body=0, at=1.75):
+    """A trial in which a body jumps by metres and radians at ``at`` s."""
+    gripped = trial(record, closed, pressed)
+    poses = gripped.object_poses.copy()
+    late = round(at * 240)
+    poses[late:, body] = compose(poses[late:, body], from_yaw(by, turn))
+    return replace(gripped, object_poses=poses)
+
+
+@pytest.mark.parametrize(
+    ("by", "turn", "words"),
+    [
+        ((0, 0, 0), 0.0, "lies where it was put"),
+        ((0, 0, -0.019), 0.0, "sinks by less than 2 cm"),
+        ((0, 0, -0.021), 0.0, "falls"),
+        ((0.015, 0.015, 0), 0.0, "falls"),
+        ((0, 0, 0), np.deg2rad(14), "turns by less than 15°"),
+        ((0, 0, 0), np.deg2rad(16), "falls"),
+    ],
+)
+def test_what_goes_on_after_its_release_fell(perfect, short_demonstration, by, turn, words):
+    names = short_demonstration.object_names
+    for closed in ([(0.5, 1.5)], [(0.5, 2)]):  # let go, and slipped
+        record = falling(perfect, closed, [(0.6, 1.5)], by, turn)
+        assert fell(record, names, "cubeA", "cubeB", SETTINGS.learning) == (words == "falls")
+
+
+def test_what_is_held_did_not_fall_nor_what_moved_before_nor_with_the_reference(perfect, short_demonstration):
+    names, far = short_demonstration.object_names, (0, 0, -0.1)
+    held = falling(perfect, [(0.5, 2)], [(0.6, 2)], far)
+    before = falling(perfect, [(0.5, 1.5)], [(0.6, 1.5)], far, at=1.0)
+    untouched = falling(perfect, (), (), far)
+    together = falling(perfect, [(0.5, 1.5)], [(0.6, 1.5)], far)
+    poses = together.object_poses.copy()
+    poses[420:, 1, :3] += poses[-1, 0, :3] - poses[0, 0, :3]
+    together = replace(together, object_poses=poses)
+    for record in (held, before, untouched, together):
+        assert not fell(record, names, "cubeA", "cubeB", SETTINGS.learning)
 
 
 def test_only_the_other_object_is_spoken_of(perfect):

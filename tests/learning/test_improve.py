@@ -254,6 +254,14 @@ def test_the_best_of_several_is_judged_on_starts_that_did_not_choose_it(learn, m
     assert learned.success.successes == sum(e.success for e in last)
 
 
+def test_one_that_drops_what_it_carries_is_taken_only_where_nothing_better_is_found(learn, monkeypatch):
+    monkeypatch.setattr(runs, "fell", lambda *_: True)
+    events, learned = learn(lambda _: 0.0)
+    assert len(explored(events)) > 10
+    assert learned.accepted
+    assert learned.firm == 0
+
+
 def test_all_who_compete_do_so_in_one_batch_for_the_cores_to_share(learn, monkeypatch):
     batches, run = [], Pretended.run
 
