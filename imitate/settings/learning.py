@@ -99,8 +99,8 @@ class Learning(Section):
     candidate_starts: int = Field(default=5, ge=1)
     """perturbed starts on which the candidates compete."""
     margin: float = Field(default=0.75, gt=0, le=1)
-    """share of `near` and `near_angle` within which a success is a firm one; what was carried may after its
-    release not have moved by more than these either: a block that is dropped lies well by chance."""
+    """share of `near` and `near_angle` within which a success is a firm one. Nor may what was carried have
+    moved by more than `near` or `near_angle` after its release: what is dropped lies well by chance."""
     sure: float = Field(default=0.9, gt=0, le=1)
     """share of firm successes from which a policy is accepted at once; one with less, but P ≥ α, is accepted
     when improvement has ended."""
