@@ -134,7 +134,8 @@ class Skipped:
 class Evaluated:
     """P(β = 1 | π) from perturbed starts, with its Wilson interval at 95 %.
 
-    The last one of a formulation decides; ``cost`` is the policy's mean total over the starts.
+    The last one of a formulation decides; ``cost`` is the policy's mean total over the starts. ``stopped``
+    says why not all of the starts were tried, empty where they were.
     """
 
     segment: int
@@ -145,6 +146,7 @@ class Evaluated:
     high: float
     accepted: bool
     cost: float
+    stopped: str = ""
 
 
 @dataclass(frozen=True)
@@ -179,6 +181,7 @@ class Evidence:
         best_costs, mean_costs: total cost of those trials, before the first update and then after each.
         shortfalls: what the best policy failed of, the most frequent first.
         policy: the best one found.
+        stopped: why P was not estimated over all of the starts, empty where it was.
     """
 
     successes: int
@@ -190,6 +193,7 @@ class Evidence:
     mean_costs: tuple[float, ...]
     shortfalls: tuple[Shortfall, ...]
     policy: Policy
+    stopped: str = ""
 
 
 @dataclass(frozen=True)

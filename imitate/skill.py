@@ -195,7 +195,7 @@ class Policy:
 
     Attributes:
         reference: the object whose pose at the option's start places the movement.
-        duration: seconds.
+        duration: seconds of the movement.
         start: (7,) pose of the hand in the reference's frame as shown; settles the sign of quaternions alone.
         goal: (7,) pose of the hand in the reference's frame.
         pose_weights: forcing-term weights in the reference's frame, (n, 7) of position and quaternion or
@@ -203,6 +203,9 @@ class Policy:
         gripper_weights: (m,) newtons; empty when the gripper is not an action and holds its last command.
         pose_noise, gripper_noise: like the weights, or empty; each kernel's is added while that kernel is the
             most active one (PI² with per-kernel noise).
+        wait: seconds that the hand keeps still before it moves; the gripper's force begins with them.
+        holds: whether the gripper's force ends at its last weight, since what is carried hangs in the air
+            then; else it ends at 0 (the paper).
     """
 
     reference: str
@@ -213,10 +216,17 @@ class Policy:
     gripper_weights: Array
     pose_noise: Array = field(default_factory=lambda: np.zeros((0, 7)))
     gripper_noise: Array = field(default_factory=lambda: np.zeros(0))
+    wait: float = 0.0
+    holds: bool = False
 
     def __post_init__(self) -> None:
         for name in ("start", "goal", "pose_weights", "gripper_weights", "pose_noise", "gripper_noise"):
             object.__setattr__(self, name, read_only(getattr(self, name)))
+
+
+def policy_ticks(policy: Policy, rate: float) -> tuple[int, int]:
+    """Control ticks of a policy's wait and of its movement, at ``rate`` a second."""
+    return round(policy.wait * rate), max(2, round(policy.duration * rate))
 
 
 @dataclass(frozen=True)

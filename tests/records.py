@@ -25,6 +25,12 @@ def still(d, steps=480, every=4):
     )
 
 
+def done(d, steps=480, every=4):
+    """The objects where they are at the demonstration's end, from where they are at its start."""
+    record = still(d, steps, every)
+    return replace(record, start=replace(record.start, objects=d.objects[0]))
+
+
 def moved(record, index, offset):
     """The record with an object ``offset`` metres from where it was, all along."""
     poses = record.object_poses.copy()

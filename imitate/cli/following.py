@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -67,7 +68,8 @@ def _state(progress: Progress, event: Event) -> dict[str, Any]:
         return {"description": "reproducing", "completed": done, "total": total}
     if event.purpose in ("evaluate", "choose"):
         total = learning.evaluation_starts if event.purpose == "evaluate" else learning.candidate_starts
-        done = sum(t.purpose == event.purpose for t in present.trials) % total or total
+        now = takewhile(lambda t: t.purpose == event.purpose, reversed(present.trials))
+        done = sum(1 for _ in now) % total or total
         return {"description": f"{skill}: {event.purpose}", "completed": done, "total": total}
     budget = learning.first_rollouts + learning.rollouts * (learning.updates - 1)
     actions = " + ".join(present.formulation.actions)

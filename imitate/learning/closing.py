@@ -2,39 +2,42 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from imitate.demonstration import Demonstration
 from imitate.geometry import Array
-from imitate.policy.dmp import imitate, response
+from imitate.policy.dmp import imitate
+from imitate.policy.force import force_response
 from imitate.settings import Learning, Settings
-from imitate.skill import Segment
+from imitate.skill import Policy, Segment, policy_ticks
 
 LOW, HIGH = 5, 95
 """percentiles at which a hand is as closed and as open as it gets: a few wrong frames do not count."""
 
 
-def gripper_weights(
-    demonstration: Demonstration, segment: Segment, ticks: int, settings: Settings
-) -> Array | None:
-    """Weights (m,) of a force that closes while the hand was seen closed, and opens otherwise; newtons.
+def with_opening(
+    policy: Policy, demonstration: Demonstration, segment: Segment, settings: Settings
+) -> Policy:
+    """The policy with a force that closes while the hand was seen closed, and opens otherwise.
 
-    Args:
-        ticks: control ticks of the segment.
+    While the hand waits before it moves, the gripper may close already; it opens when the movement is as far.
 
     Returns:
-        None where the fingers' opening was not seen to change.
+        the policy as it is where the fingers' opening was not seen to change.
     """
+    wait, ticks = policy_ticks(policy, settings.world.control_rate)
     at = np.linspace(segment.start, segment.end, ticks)
     closed = seen_closed(demonstration, segment, at, settings.learning)
     if closed is None:
-        return None
-    s = settings.policy
-    shape = response(ticks, s.gripper_kernels, s.gripper_decay, s.gripper_stiffness)
+        return policy
+    closed = np.append(closed, np.repeat(closed[-1], wait)) | np.append(np.repeat(closed[0], wait), closed)
+    shape = force_response(len(closed), settings.policy.gripper_kernels, policy.holds, settings.policy)
     force = np.where(closed, settings.learning.seen_force, -settings.learning.seen_force)[:, None]
     force[0] = 0  # the gripper's movement starts from no force
-    return imitate(shape, force, np.zeros(1))[:, 0]
+    return replace(policy, gripper_weights=imitate(shape, force, np.zeros(1))[:, 0])
 
 
 def seen_closed(

@@ -100,6 +100,7 @@ class Witness:
             mean_costs=tuple(float(np.mean(costs)) for costs in self.costs.values()),
             shortfalls=shortfalls(misses),
             policy=learned.policy,
+            stopped=learned.stopped,
         )
 
     def option(self, learned: Learned, settings: Learning) -> Option:
@@ -156,6 +157,7 @@ def in_words(evidence: Evidence, same: float) -> str:
         same: difference in cost below which it stayed as it was.
     """
     rate = f"{evidence.successes} of {evidence.trials} starts, {evidence.low:.2f}–{evidence.high:.2f}"
+    rate += f", stopped: {evidence.stopped}" if evidence.stopped else ""
     parts = [rate, _costs_in_words(evidence, same), failings(evidence)]
     return "; ".join(part for part in parts if part)
 
@@ -194,5 +196,5 @@ def _failing(shortfall: Shortfall) -> str:
         "reach": "a pose is out of reach",
         "sight": "an object is not seen",
         "cost": "the terminal cost is too high",
-        "place": "what was placed before is undone",
+        "place": "an object that this skill should leave alone is off its place",
     }[shortfall.term]

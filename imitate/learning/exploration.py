@@ -18,7 +18,7 @@ from imitate.policy.dmp import response
 from imitate.policy.pi2 import constant_update, covariance_update, per_kernel_update, probabilities
 from imitate.policy.power import power_update, returns
 from imitate.settings import Settings
-from imitate.skill import Policy
+from imitate.skill import Policy, policy_ticks
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,8 @@ def improved(
     pose, gripper, goal = _noise(mean, trials)
     if s.exploration == "per-kernel":
         to_go = np.stack([cost_to_go(trial, settings) for trial in trials], axis=1)
-        change = _per_kernel(pose, to_go, settings.policy.phase_decay, settings)
+        wait, _ = policy_ticks(mean, settings.world.control_rate)
+        change = _per_kernel(pose, to_go[wait:], settings.policy.phase_decay, settings)
         squeeze = _per_kernel(gripper[..., None], to_go, settings.policy.gripper_decay, settings)[:, 0]
         aim = np.tensordot(probabilities(to_go[0], s.eliteness), goal, axes=1)
     elif s.exploration == "power":
@@ -143,11 +144,11 @@ def _noise(mean: Policy, trials: Sequence[TrialFinished]) -> tuple[Array, Array,
 
 
 def cost_to_go(trial: TrialFinished, settings: Settings) -> Array:
-    """S_i = φ_N + Σ_{j≥i} q_j (C,) over the movement; one cut short cost nothing more after its end."""
+    """S_i = φ_N + Σ_{j≥i} q_j (C,) over wait and movement; one cut short cost nothing more after its end."""
     if trial.record is None:
         raise ValueError("a trial without its record has no costs in time")
     acceleration, switches = immediate_costs(trial.record, settings.learning)
-    ticks = round(trial.policies[-1].duration * settings.world.control_rate)
+    ticks = sum(policy_ticks(trial.policies[-1], settings.world.control_rate))
     immediate = np.zeros(max(ticks, len(acceleration)))
     immediate[: len(acceleration)] = acceleration + switches
     return np.asarray(trial.cost.terminal + np.cumsum(immediate[::-1])[::-1])[:ticks]

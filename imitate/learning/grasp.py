@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imitate.geometry import angle_between, relative
-from imitate.learning.placement import trajectory_of
+from imitate.learning.bodies import trajectory_of
 from imitate.record import TrialRecord
 from imitate.settings import Learning
 from imitate.skill import Grasp, Gripping

@@ -140,7 +140,7 @@ class Improvement:
             return None
         starts = perturbed_starts(self.spec, s.candidate_starts, self.runs.seed(1), self.settings)
         fits = []
-        for events in (yield from self.runs.evaluate([tried.policies for tried in new], starts, "choose")):
+        for events in (yield from self.runs.choose([tried.policies for tried in new], starts)):
             failed = sum(not e.success for e in events)
             fits.append((failed, -self.runs.firm(events), sum(e.cost.total for e in events)))
         self.competed |= {tried.trial for tried in new}
@@ -190,12 +190,12 @@ class Improvement:
         # came nearest, else the best trial (robust), or the mean policy (faithful).
         if self.best is not None:
             if not self.skipped:
-                self.best = yield from self.runs.judge(self.best.row, afresh=True)
+                self.best = yield from self.runs.judge(self.best.row, afresh=True, last=True)
         else:
             best = min(self.tried, key=lambda t: (not t.success, self._value(t)))
             robust = self.settings.learning.candidates > 0
             row = (self.runner_up or best.policies) if robust else self.mean
-            self.best = yield from self.runs.judge(row)
+            self.best = yield from self.runs.judge(row, last=True)
         if self.skipped:
             self.best = replace(self.best, accepted=False)
         yield self.runs.evaluated(self.best)

@@ -10,9 +10,12 @@ import numpy as np
 from imitate.demonstration import HAND, Demonstration
 from imitate.errors import ImitateError
 from imitate.geometry import Array, align_signs, angle_between, relative, resample
-from imitate.learning.closing import gripper_weights
+from imitate.learning.bodies import resting, trajectory_of
+from imitate.learning.closing import with_opening
 from imitate.learning.grasp import grasp_of
-from imitate.learning.placement import Placement, misplaced, placements, resting, trajectory_of
+from imitate.learning.places import Place, asked_for, places
+from imitate.learning.support import hang_in_air
+from imitate.learning.verdict import verdict
 from imitate.perception.symmetry import nearest_alike
 from imitate.policy.dmp import imitate, response
 from imitate.policy.orientation import CHANNELS, to_channels
@@ -30,7 +33,8 @@ class Problem:
         shown: body → pose (7,) in the reference's frame at the segment's end.
         imitated: the policy that follows the demonstration, gripper weights 0 or from the hand's opening.
         lets_go: what the demonstration has the hand leave next, having carried it.
-        placed: where objects are that earlier skills placed; this one must not undo them.
+        placed: where earlier skills are shown to place objects, and what is shown to stay; this one must not
+            undo it.
         object_names: in the order of a record's objects.
         symmetric: object → size (3,) m of those whose turned poses that look the same are the same.
     """
@@ -39,26 +43,35 @@ class Problem:
     shown: dict[str, Array]
     imitated: Policy
     lets_go: tuple[str, ...]
-    placed: tuple[Placement, ...]
+    placed: tuple[Place, ...]
     object_names: tuple[str, ...]
     symmetric: dict[str, Array]
 
     @property
     def judged(self) -> set[str]:
         """Every body whose pose at a trial's end is asked for."""
-        placed = {body for place in self.placed for body in (place.name, place.reference)}
-        return {*self.shown, self.formulation.abstraction.reference, *placed}
+        return {*self.shown, self.formulation.abstraction.reference, *asked_for(self.placed)}
 
 
 def formulate(
-    demonstration: Demonstration, segments: tuple[Segment, ...], formulation: Formulation, settings: Settings
+    demonstration: Demonstration,
+    segments: tuple[Segment, ...],
+    formulation: Formulation,
+    settings: Settings,
+    closing_time: float = 0.0,
 ) -> Problem:
     """States a segment as a problem: the demonstration in the reference's frame, at each frame.
 
     A reference that moves is followed; at run time its pose is taken when the option starts.
+
+    Args:
+        demonstration: in the table frame, every pose known.
+        segments: as found, or as the operator decided.
+        formulation: of one of them.
+        settings: all of them.
+        closing_time: s that the robot's fingers take to close.
     """
     segment = segments[formulation.segment]
-    earlier = segments[: formulation.segment + 1]
     later = segments[formulation.segment + 1 : formulation.segment + 2]
     abstraction = formulation.abstraction
     reference = demonstration.pose_of(abstraction.reference)
@@ -73,24 +86,27 @@ def formulate(
     s = settings.policy
     shape = response(ticks, s.pose_kernels, s.phase_decay, s.stiffness, s.form == "original")
     channels = to_channels(hand, hand[-1], CHANNELS[s.orientation])
-    force = np.zeros(s.gripper_kernels if "gripper" in formulation.actions else 0)
-    if len(force) and settings.learning.gripper_from_opening:
-        seen_force = gripper_weights(demonstration, segment, ticks, settings)
-        force = force if seen_force is None else seen_force
+    grips = "gripper" in formulation.actions
+    lets_go = tuple(b for b in abstraction.carried for n in later if b not in n.abstraction.carried)
+    hanging = hang_in_air(demonstration, abstraction.carried, segment.end)
     policy = Policy(
         reference=abstraction.reference,
         duration=ticks / settings.world.control_rate,
         start=hand[0],
         goal=hand[-1],
         pose_weights=imitate(shape, channels, channels[-1]),
-        gripper_weights=force,
+        gripper_weights=np.zeros(s.gripper_kernels if grips else 0),
+        wait=closing_time if grips and abstraction.carried and settings.learning.wait_to_close else 0.0,
+        holds=grips and settings.learning.hold_in_air and bool(set(hanging) - set(lets_go)),
     )
+    if grips and settings.learning.gripper_from_opening:
+        policy = with_opening(policy, demonstration, segment, settings)
     return Problem(
         formulation=formulation,
         shown={body: seen(body)[-1] for body in abstraction.relevant},
         imitated=policy,
-        lets_go=tuple(b for b in abstraction.carried for s in later if b not in s.abstraction.carried),
-        placed=tuple(p for p in placements(demonstration, earlier) if p.name not in abstraction.relevant),
+        lets_go=lets_go,
+        placed=_placed(demonstration, segments, formulation, settings.learning),
         object_names=demonstration.object_names,
         symmetric={
             name: demonstration.object_sizes[k]
@@ -100,10 +116,19 @@ def formulate(
     )
 
 
-def as_stated(segments: tuple[Segment, ...], stated: Sequence[Formulation]) -> tuple[Segment, ...]:
-    """The segments, the first of them with the abstractions that their problems were stated with."""
-    first = (replace(s, abstraction=f.abstraction) for s, f in zip(segments, stated, strict=False))
-    return (*first, *segments[len(stated) :])
+def _placed(
+    demonstration: Demonstration,
+    segments: tuple[Segment, ...],
+    formulation: Formulation,
+    settings: Learning,
+) -> tuple[Place, ...]:
+    # By the segments as shown: what was stated of earlier skills, or accepted, changes nothing. Where a trial
+    # begins with this skill, its objects were moved before.
+    by_then = places(demonstration, segments[: formulation.segment + 1], settings)
+    at_last = places(demonstration, segments, settings)
+    found = [p for p in by_then if p.kind == "carried"] + [p for p in at_last if p.kind == "still"]
+    relevant = formulation.abstraction.relevant
+    return tuple(replace(p, least=0.0, least_angle=0.0) for p in found if p.name not in relevant)
 
 
 def check_durations(segments: tuple[Segment, ...], settings: Settings) -> None:
@@ -181,8 +206,7 @@ def misses_of(
     if closed := record.commands[-1, -1] > 0 and problem.lets_go:
         words = f"the gripper still holds {' and '.join(closed)}, which the hand is shown to leave"
         found.append(Miss("holding", words, closed[0]))
-    if undone := misplaced(record, problem.object_names, problem.placed, settings):
-        found.append(Miss("place", undone))
+    found += verdict(problem.placed, record, problem.object_names, settings)
     return tuple(miss for miss in found if miss)
 
 

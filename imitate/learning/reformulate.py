@@ -17,13 +17,14 @@ from imitate.learning.evidence import Witness, failings, in_words, strayed
 from imitate.learning.improve import Improvement
 from imitate.learning.initiation import probability, seen_from
 from imitate.learning.option import Option
-from imitate.learning.problem import Problem, as_stated, formulate
+from imitate.learning.problem import Problem, formulate
 from imitate.learning.runs import Learned
-from imitate.learning.statements import Statement, statements
+from imitate.learning.statements import Statement, dropped_in_words, statements
 from imitate.learning.trials import Trials
 from imitate.record import Start
 from imitate.settings import Learning
 from imitate.skill import Formulation, Policy, Segment
+from imitate.world.robot import robot_of
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,7 @@ def learn_options(
 ) -> Generator[Event, None, Search]:
     """Learns an option for each segment; yields every event on the way."""
     learning = trials.settings.learning
+    fingers = robot_of(trials.spec)
     attempts = [_Attempts(_to_try(segment, learning)) for segment in segments]
     options: list[Option] = []
     reason, i = "as the demonstration was segmented", 0
@@ -62,8 +64,7 @@ def learn_options(
         abstraction, actions = attempts[i].left.pop(0)
         formulation = Formulation(i, len(attempts[i].tried), abstraction, actions, reason)
         yield FormulationStarted(formulation)
-        stated = [*(option.problem.formulation for option in options), formulation]
-        problem = formulate(demonstration, as_stated(segments, stated), formulation, trials.settings)
+        problem = formulate(demonstration, segments, formulation, trials.settings, fingers.closing_time)
         prefix = tuple(option.policy for option in options)
         learned, witness = yield from _learn(problem, prefix, attempts[i], trials, shown, seed)
         if learned.accepted:
@@ -97,7 +98,7 @@ def learn_options(
 
 
 def _to_try(segment: Segment, learning: Learning) -> list[Statement]:
-    return statements(segment, learning.model_threshold)
+    return statements(segment, learning)
 
 
 def _learn(
@@ -160,7 +161,8 @@ def _change(failed: Formulation, attempts: list[_Attempts], segments: tuple[Segm
     if left and left[0][0] == failed.abstraction:
         return "adding the gripper's force to the actions"
     if left:
-        return f"trying the next abstraction, {left[0][0]}"
+        lost = dropped_in_words(segments[failed.segment], left[0][0])
+        return f"trying the next abstraction, {left[0][0]}" + (f": {lost}" if lost else "")
     if failed.segment:
         before = segments[failed.segment - 1].abstraction
         return f"no formulation is left, going back to skill {failed.segment}, {before}"

@@ -1,4 +1,4 @@
-"""The whole task from perturbed starts, judged by where the objects end."""
+"""The whole task from perturbed starts, judged by what the demonstration did with the objects."""
 
 from __future__ import annotations
 
@@ -9,13 +9,15 @@ import numpy as np
 
 from imitate.demonstration import Demonstration
 from imitate.events import Event, Reproduced, TrialFinished
+from imitate.learning.bodies import unseen
 from imitate.learning.grasp import grasp_of
 from imitate.learning.initiation import probability, start_of
 from imitate.learning.option import Option, Success
-from imitate.learning.placement import Placement, misplaced, placements, unseen
-from imitate.learning.problem import as_stated, cost_of, failure_of
+from imitate.learning.places import Place, asked_for, places
+from imitate.learning.problem import cost_of, failure_of
 from imitate.learning.starts import perturbed_starts
 from imitate.learning.trials import WATCHING, Task, Trials
+from imitate.learning.verdict import verdict
 from imitate.record import TrialRecord
 from imitate.settings import Learning
 from imitate.skill import Grasp, Miss, Segment
@@ -30,9 +32,17 @@ def reproduce(
     seed: np.random.SeedSequence,
     count: int,
 ) -> Iterator[Event]:
-    """Runs the options in a row from ``count`` perturbed starts; done when at least α of them succeed."""
-    stated = [option.problem.formulation for option in options]
-    wanted = placements(demonstration, as_stated(segments, stated))
+    """Runs the options in a row from ``count`` perturbed starts; done when at least α of them succeed.
+
+    Args:
+        demonstration: every pose known.
+        segments: as found, or as the operator decided; how their problems were stated judges nothing.
+        options: one for each segment.
+        trials: run them.
+        seed: of the starts.
+        count: how many.
+    """
+    wanted = places(demonstration, segments, trials.settings.learning)
     policies = tuple(option.policy for option in options)
     starts = perturbed_starts(trials.spec, count, seed, trials.settings)
     judge = _Judge(options, wanted, trials.settings.learning)
@@ -59,7 +69,7 @@ def _watching(seed: np.random.SeedSequence, number: int) -> np.random.SeedSequen
 @dataclass(frozen=True)
 class _Judge:
     options: tuple[Option, ...]
-    wanted: tuple[Placement, ...]
+    wanted: tuple[Place, ...]
     settings: Learning
 
     def event(self, number: int, outcome: Outcome, strange: str) -> TrialFinished:
@@ -97,18 +107,15 @@ class _Judge:
         if outcome.unreachable:
             return (Miss("reach", outcome.unreachable),)
         record, names = outcome.believed, self.options[-1].problem.object_names
-        bodies = {body for place in self.wanted for body in (place.name, place.reference)}
-        if lost := outcome.unseen or unseen(outcome.seen, names, bodies):
+        if lost := outcome.unseen or unseen(outcome.seen, names, asked_for(self.wanted)):
             return (Miss("sight", lost),)
-        return tuple(
-            Miss("place", words, place.name, grasp=self._grasp(record, place))
-            for place in self.wanted
-            if (words := misplaced(record, names, (place,), self.settings))
-        )
+        missed = verdict(self.wanted, record, names, self.settings)
+        return tuple(replace(miss, grasp=self._grasp(record, names.index(miss.body))) for miss in missed)
 
-    def _grasp(self, record: TrialRecord, place: Placement) -> Grasp | None:
+    def _grasp(self, record: TrialRecord, index: int) -> Grasp | None:
         # Of the option that was the last to carry the object.
         for i in reversed(range(len(record.option_starts))):
-            if place.name in self.options[i].problem.formulation.abstraction.carried:
-                return grasp_of(record, place.index, i)
+            problem = self.options[i].problem
+            if problem.object_names[index] in problem.formulation.abstraction.carried:
+                return grasp_of(record, index, i)
         return None

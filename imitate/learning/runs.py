@@ -9,12 +9,13 @@ import numpy as np
 
 from imitate.events import Evaluated, Event, Purpose, TrialFinished
 from imitate.geometry import Array
+from imitate.learning.bodies import unseen
 from imitate.learning.grasp import fell
 from imitate.learning.option import Success
-from imitate.learning.placement import displaced, unseen
 from imitate.learning.problem import Problem, cost_of, failure_of, misses_of
 from imitate.learning.starts import perturbed_starts
 from imitate.learning.trials import WATCHING, Task, Trials
+from imitate.learning.verdict import displaced
 from imitate.record import Start, TrialRecord
 from imitate.settings import Settings
 from imitate.skill import CostTerms, Miss, Policy
@@ -35,6 +36,7 @@ class Learned:
         fair: share of successes, of those starts where what earlier skills placed was right when this began.
         firm: share of them that succeeded with a margin.
         accepted: P ≥ α.
+        stopped: why not all of the starts were tried, in words; empty when they were.
     """
 
     row: Row
@@ -43,6 +45,7 @@ class Learned:
     fair: float
     firm: float
     accepted: bool
+    stopped: str = ""
 
     @property
     def policy(self) -> Policy:
@@ -111,38 +114,67 @@ class Runs:
             yield done[-1]
         return done
 
-    def evaluate(
-        self, rows: Sequence[Row], starts: Sequence[Start], purpose: Purpose
+    def choose(
+        self, rows: Sequence[Row], starts: Sequence[Start]
     ) -> Generator[Event, None, list[list[TrialFinished]]]:
         """A trial of each row from each start, the accepted options before it; each row's trials."""
         asked = [(start, (*self._prefix, *row)) for row in rows for start in starts]
         events = []
         for (_, policies), outcome in zip(asked, self._trials.run(self._tasks(asked)), strict=True):
-            events.append(self._event(outcome, purpose, policies))
+            events.append(self._event(outcome, "choose", policies))
             yield events[-1]
         return [events[k : k + len(starts)] for k in range(0, len(events), len(starts))]
 
-    def judge(self, row: Row, afresh: bool = False) -> Generator[Event, None, Learned]:
+    def judge(self, row: Row, afresh: bool = False, last: bool = False) -> Generator[Event, None, Learned]:
         """P over the perturbed starts, and what the row cost there.
 
         Args:
             row: what is judged.
             afresh: on other starts than those by which others have been judged and it was chosen.
+            last: nothing but α is asked for any more.
         """
         s = self.settings.learning
         chance = self.seed(_AFRESH if afresh else _JUDGING)
         starts = perturbed_starts(self._trials.spec, s.evaluation_starts, chance, self.settings)
-        (events,) = yield from self.evaluate([row], starts, "evaluate")
+        policies, events, stopped = (*self._prefix, *row), list[TrialFinished](), ""
+        for outcome in self._trials.run(self._tasks([(start, policies) for start in starts])):
+            events.append(self._event(outcome, "evaluate", policies))
+            yield events[-1]
+            left = len(starts) - len(events)
+            if s.curtail and left and (stopped := self._settled(events, left, last)):
+                break
         success = Success(sum(event.success for event in events), len(events))
         cost = float(np.mean([event.cost.total for event in events]))
         fair = self._fair(events)
         share = sum(event.success for event in fair) / max(len(fair), 1)
-        return Learned(row, cost, success, share, self.firm(fair), success.rate >= s.alpha)
+        accepted = success.rate >= s.alpha
+        return Learned(row, cost, success, share, self.firm(fair), accepted, stopped)
+
+    def _settled(self, events: Sequence[TrialFinished], left: int, last: bool) -> str:
+        # Why nothing that the trials left may come to changes what is decided by them all; empty: it may.
+        s = self.settings.learning
+        needed = s.alpha * (len(events) + left)
+        successes = sum(event.success for event in events)
+        if successes + left < needed:
+            return "α is out of reach"
+        if successes < needed:
+            return ""
+        if last:
+            return "α is reached"
+        if len(events) < s.sure * (len(events) + left):
+            return ""
+        fair = self._fair(events)
+        at_worst = len(fair) / (len(fair) + left)
+        share = sum(event.success for event in fair) / max(len(fair), 1)
+        sure = share * at_worst >= s.safe and self.firm(fair) * at_worst >= s.sure
+        return "α is reached for sure" if sure else ""
 
     def evaluated(self, learned: Learned) -> Evaluated:
         """What was learned, as an event."""
         p = learned.success
-        return Evaluated(*self.id, p.successes, p.trials, *p.interval, learned.accepted, learned.cost)
+        return Evaluated(
+            *self.id, p.successes, p.trials, *p.interval, learned.accepted, learned.cost, learned.stopped
+        )
 
     def firm(self, events: Sequence[TrialFinished]) -> float:
         """The share of trials that succeeded with a margin, so that a start a little different will too.
@@ -168,11 +200,9 @@ class Runs:
 
     def _fair(self, events: Sequence[TrialFinished]) -> list[TrialFinished]:
         # What was off its place before this skill began, none of its policies can mend.
-        names, s = self.problem.object_names, self.settings.learning
+        names, placed = self.problem.object_names, self.problem.placed
         seen = ((e, e.believed) for e in events)
-        return [
-            e for e, record in seen if record is None or not displaced(record, names, self.problem.placed, s)
-        ]
+        return [e for e, record in seen if record is None or not displaced(placed, record, names)]
 
     def _event(self, outcome: Outcome, purpose: Purpose, policies: tuple[Policy, ...]) -> TrialFinished:
         s = self.settings.learning

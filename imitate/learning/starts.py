@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from imitate.errors import ImitateError
-from imitate.geometry import Array, compose, relative, rotate
+from imitate.geometry import Array, compose, relative
+from imitate.learning.support import standing_on
 from imitate.record import SceneSpec, Start
 from imitate.settings import Settings
-
-TOUCHING = 0.005
-"""m between an object's lower side and another's upper one, below which it stands on it."""
 
 
 def perturbed_starts(
@@ -28,7 +25,7 @@ def perturbed_starts(
 
 
 def _perturbed(spec: SceneSpec, rng: np.random.Generator, shift: float, turn: float) -> Start:
-    below = standing_on(spec)
+    below = standing_on(spec.object_poses, spec.object_sizes)
     for _ in range(1000):
         poses = spec.object_poses.copy()
         for k in np.flatnonzero(below < 0):
@@ -47,18 +44,6 @@ def _perturbed(spec: SceneSpec, rng: np.random.Generator, shift: float, turn: fl
         f"no start with every object moved by up to {shift * 100:g} cm keeps the objects apart; they "
         "stand too close. Make learning.shift smaller."
     )
-
-
-def standing_on(spec: SceneSpec) -> NDArray[np.intp]:
-    """(K,) the index of the object that each stands on at first; −1 where that is the table."""
-    poses, sizes = spec.object_poses, spec.object_sizes
-    axes = rotate(poses[:, None, 3:], np.eye(3)[None] * sizes[:, None] / 2)  # (K, 3, 3) half edges
-    half = np.abs(axes[..., 2]).sum(axis=1)
-    bottom, top = poses[:, 2] - half, poses[:, 2] + half
-    reach = np.linalg.norm(np.abs(axes).sum(axis=1)[:, :2], axis=1)
-    across = np.linalg.norm(poses[:, None, :2] - poses[None, :, :2], axis=-1)
-    stands = (np.abs(bottom[:, None] - top[None, :]) < TOUCHING) & (across < reach[None, :])
-    return np.where(stands.any(axis=1), np.argmax(stands, axis=1), -1)
 
 
 def _apart(spec: SceneSpec, poses: Array) -> bool:

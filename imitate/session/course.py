@@ -11,6 +11,7 @@ from imitate.demonstration import Demonstration, interpolated
 from imitate.events import Event, SessionStarted
 from imitate.learning.reformulate import Search, learn_options
 from imitate.learning.reproduce import reproduce
+from imitate.learning.statements import dropped_in_words
 from imitate.learning.trials import Trials
 from imitate.segmentation import apply_decisions, segment
 from imitate.settings import Settings
@@ -67,9 +68,18 @@ def _reproduction(
     if not reproduced:
         advice = (
             f"every skill was learned, but together they fail from {len(failures)} of {count} starts: "
-            f"{max(failures, key=failures.count)}. {_next_command(started)}"
+            f"{max(failures, key=failures.count)}. {_dropped(segments, search)}{_next_command(started)}"
         )
     yield events.SessionFinished(reproduced, advice)
+
+
+def _dropped(segments: tuple[Segment, ...], search: Search) -> str:
+    # Which skill was only learned without what it is shown to carry.
+    for number, (shown, option) in enumerate(zip(segments, search.options, strict=True), start=1):
+        abstraction = option.problem.formulation.abstraction
+        if words := dropped_in_words(shown, abstraction):
+            return f"Skill {number} was learned only as {abstraction}: {words}. "
+    return ""
 
 
 def _next_command(started: SessionStarted) -> str:

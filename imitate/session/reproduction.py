@@ -15,7 +15,7 @@ from imitate.events import Event
 from imitate.formats.session_log import read_session
 from imitate.geometry import Array
 from imitate.learning.option import Option
-from imitate.learning.problem import as_stated, formulate
+from imitate.learning.problem import formulate
 from imitate.learning.reproduce import reproduce
 from imitate.learning.trials import ExecutorFactory, Trials
 from imitate.settings import settings_from_toml
@@ -58,7 +58,7 @@ def reproduce_session(
     settings = settings_from_toml(found.started.settings)
     settings = settings.model_copy(update={"learning": settings.learning.model_copy(update=changed)})
     demonstration = interpolated(found.started.demonstration)
-    segments = as_stated(found.segments, [formulation for formulation, _ in found.learned])
+    segments = found.segments
     options = tuple(
         Option(formulate(demonstration, segments, formulation, settings), option.policy, option.initiation)
         for formulation, option in found.learned

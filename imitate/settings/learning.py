@@ -57,6 +57,12 @@ class Learning(Section):
     """the hand counts as closed up to this share of the way from the narrowest opening to the widest."""
     opening_range: float = Field(default=0.01, gt=0)
     """m that lie between these two at least; less may be one opening, seen with noise."""
+    wait_to_close: bool = True
+    """a carry that closes the gripper keeps still first, for as long as the robot's fingers take to close:
+    what a person grasps in passing, a gripper does not."""
+    hold_in_air: bool = True
+    """where what is carried is shown to hang in the air at a skill's end, the gripper's force ends in a value
+    that is learned instead of in 0."""
     least_noise: float = Field(default=0.1, ge=0, le=1)
     """the factor max(least_noise, (U − i − 1)/U) scales the noise at update i; with "covariance", no
     direction has less than this share of the first noise."""
@@ -94,6 +100,8 @@ class Learning(Section):
     """frames a second that it takes then; a Kinect's are 30."""
     observe_width: int = Field(default=320, ge=160, le=1280)
     """pixels of the camera's picture across, three quarters of it down; a Kinect's are 640."""
+    curtail: bool = True
+    """judging a policy stops as soon as the trials that are left cannot change its outcome."""
     candidates: int = Field(default=2, ge=0)
     """best trials that compete with the mean policy after each update; 0: the mean alone."""
     candidate_starts: int = Field(default=5, ge=1)
@@ -149,6 +157,8 @@ class Learning(Section):
     keep_failed: bool = False
     """pose weights start from those of the formulation before even where it never succeeded, as in the paper;
     else from the imitation then: without the gripper, what costs least may be to push the object about."""
+    keep_carried: bool = True
+    """an abstraction that drops what is shown to be carried is tried after all others, likely or not."""
     reformulate: bool = True
     """false: each skill as it was first stated, pose alone; what Algorithm 1 adds is then missing."""
     formulations: int = Field(default=12, ge=1)

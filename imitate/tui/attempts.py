@@ -124,7 +124,7 @@ def branches(state: State) -> list[Branch]:
 
 def _to_come(state: State, skill: Skill) -> list[Branch]:
     learning = state.progress.settings.learning
-    order = statements(skill.segment, learning.model_threshold)
+    order = statements(skill.segment, learning)
     present = state.progress.present
     here = present is not None and present.formulation.segment == skill.index
     if not here or present is None:

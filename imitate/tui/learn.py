@@ -14,6 +14,7 @@ from textual.widgets import DataTable, Footer, Label, Static
 from imitate.geometry import Array
 from imitate.policy.force import forces
 from imitate.session.progress import Attempt
+from imitate.skill import policy_ticks
 from imitate.tui.attempts import AttemptTable
 from imitate.tui.choices import TITLE, choices_of
 from imitate.tui.costs import TERMS, Curve, Terms
@@ -205,6 +206,6 @@ def force_of(attempt: Attempt | None, state: State) -> tuple[Array, Array] | Non
     if policy is None or started is None or not len(policy.gripper_weights):
         return None
     settings = state.progress.settings
-    ticks = max(2, round(policy.duration * settings.world.control_rate))
+    ticks = sum(policy_ticks(policy, settings.world.control_rate))
     limit = robot_of(started.scene).closing_force_limit
     return np.arange(ticks) / settings.world.control_rate, forces(policy, ticks, limit, settings.policy)

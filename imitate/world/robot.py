@@ -68,6 +68,12 @@ class Robot:
     base_clearance: float = 0.2
     solver_iterations: int = 0
 
+    @property
+    def closing_time(self) -> float:
+        """Seconds that the fingers take from open to closed."""
+        travel = max(abs(a - b) for a, b in zip(self.finger_open, self.finger_closed, strict=True))
+        return travel * self.finger_lever / self.finger_speed
+
 
 _PER_FINGER = ("finger_open", "finger_closed")
 _KINDS = {

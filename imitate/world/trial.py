@@ -19,7 +19,7 @@ from imitate.policy.force import forces
 from imitate.policy.movement import movement
 from imitate.record import Sightings, Start, TrialRecord, as_seen
 from imitate.settings import Settings
-from imitate.skill import Policy
+from imitate.skill import Policy, policy_ticks
 from imitate.world.engine import pybullet
 from imitate.world.kinematics import Arm
 from imitate.world.scene import World
@@ -123,19 +123,21 @@ class Simulator:
     def _plan(self, policy: Policy, reference: Array, last: Array) -> tuple[Array, str]:
         # Commands (C, A + 1) of a policy from where the world is now, cut at the first pose out of reach.
         s, world = self.settings, self.world
-        ticks = max(2, round(policy.duration * s.world.control_rate))
+        wait, ticks = policy_ticks(policy, s.world.control_rate)
         hand = compose(reference, self.movement(policy, relative(reference, self.hand_pose()), ticks))
         solution = self.arm.solve(world.spec.base, hand, last[:-1])
         hold = round(s.world.settle_time * s.world.control_rate)
-        forces = self.forces(policy, ticks, float(last[-1]))
-        plan = np.column_stack([solution.joints, forces])
+        forces = self.forces(policy, wait + ticks, float(last[-1]))
+        waiting = np.repeat(last[None, :-1], wait, axis=0)
+        plan = np.column_stack([np.vstack([waiting, solution.joints]), forces])
         bad = (solution.distance > s.world.reach_tolerance) | (solution.angle > s.world.reach_angle)
         if not bad.any():
             return np.vstack([plan, np.repeat(plan[-1:], hold, axis=0)]), ""
         first = int(np.argmax(bad))
         x, y, z = hand[first, :3]
-        at = first / s.world.control_rate
-        return plan[: max(first, 1)], f"out of reach {at:.2f} s into the skill: ({x:.3f}, {y:.3f}, {z:.3f}) m"
+        at = (wait + first) / s.world.control_rate
+        where = f"({x:.3f}, {y:.3f}, {z:.3f}) m"
+        return plan[: max(wait + first, 1)], f"out of reach {at:.2f} s into the skill: {where}"
 
     def _pose_of(self, reference: str, watch: Watch | None) -> Array | None:
         # World pose (7,) of an object or the table, now; None of one that was never seen.

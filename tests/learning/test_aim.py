@@ -1,6 +1,7 @@
 """Goals that make up for errors: a correction undoes what it saw, exploration finds where to take hold."""
 
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -96,6 +97,7 @@ class Settled:
     """Settings alone: no trial is run."""
 
     settings: Settings
+    spec = SimpleNamespace(description="", robot="panda")
 
 
 class AtTheEdge:

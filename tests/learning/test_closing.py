@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 from imitate.demonstration import Demonstration
 from imitate.geometry import IDENTITY
-from imitate.learning.closing import gripper_weights, seen_closed
+from imitate.learning.closing import seen_closed, with_opening
 from imitate.learning.problem import formulate
-from imitate.policy.dmp import response, rollout
+from imitate.policy.force import forces
 from imitate.settings import Settings, load_settings
-from imitate.skill import Abstraction, Formulation, Segment
+from imitate.skill import Abstraction, Formulation, Policy, Segment
 
 SETTINGS = Settings()
 FAITHFUL = load_settings(overrides={"mode": "faithful"})
@@ -34,11 +34,7 @@ def gripped(closing=2.5, opening=7.0, narrow=0.05, wide=0.08):
     return np.interp(T, [closing, closing + 0.3, opening, opening + 0.3], [wide, narrow, narrow, wide])
 
 
-def force(weights):
-    """The command (TICKS,) in newtons that weights give."""
-    s = SETTINGS.policy
-    shape = response(TICKS, len(weights), s.gripper_decay, s.gripper_stiffness)
-    return rollout(shape, np.zeros(1), np.zeros(1), weights[:, None])[:, 0]
+POLICY = Policy("green", 6.0, IDENTITY, IDENTITY, np.zeros((30, 6)), np.zeros(5))
 
 
 @given(
@@ -78,17 +74,32 @@ def test_frames_in_which_the_fingers_were_not_seen_are_bridged():
     ids=["not observed", "never closed", "drift alone", "not seen in the segment"],
 )
 def test_where_nothing_tells_open_from_closed_there_are_no_weights(opening):
-    assert gripper_weights(shown(opening), CARRY, TICKS, SETTINGS) is None
+    assert with_opening(POLICY, shown(opening), CARRY, SETTINGS) is POLICY
 
 
 @pytest.mark.parametrize(("closing", "opening"), [(2.2, 7.4), (2.5, 7.0), (3.0, 6.5), (2.5, 5.0)])
 def test_the_weights_hold_what_was_held_and_let_go(closing, opening):
-    weights = gripper_weights(shown(gripped(closing, opening)), CARRY, TICKS, SETTINGS)
-    command = force(weights)
+    policy = with_opening(POLICY, shown(gripped(closing, opening)), CARRY, SETTINGS)
+    command = forces(policy, TICKS, 80.0, SETTINGS.policy)
     held = (closing + 0.9 < AT) & (opening - 0.4 > AT)
     assert command[held].min() > 10
     assert command.max() < 40
     assert (command[opening + 0.7 < AT] <= SETTINGS.policy.open_below).all()
+
+
+def test_while_the_hand_waits_the_gripper_closes_and_it_opens_when_the_movement_is_as_far():
+    waiting = with_opening(replace(POLICY, wait=0.5), shown(gripped()), CARRY, SETTINGS)
+    command = forces(waiting, TICKS + 30, 80.0, SETTINGS.policy)
+    at = np.arange(TICKS + 30) / 60 + CARRY.start
+    assert command[(at > 2.5 + 0.9) & (at < 7.5 - 0.4)].min() > 10
+    assert not command[at > 7.5 + 0.7].any()
+
+
+def test_what_hangs_in_the_air_at_the_end_is_held_with_the_force_seen():
+    hanging = with_opening(replace(POLICY, holds=True), shown(gripped(2.5, 9.5)), CARRY, SETTINGS)
+    command = forces(hanging, TICKS, 80.0, SETTINGS.policy)
+    assert command[-1] > 10
+    assert forces(replace(hanging, holds=False), TICKS, 80.0, SETTINGS.policy)[-1] < 8
 
 
 def test_a_formulation_starts_from_them_unless_the_force_is_to_be_discovered(stacking):

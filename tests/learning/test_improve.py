@@ -5,12 +5,16 @@ from itertools import count, groupby
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import settings as hypothesis_settings
+from hypothesis import strategies as st
 from records import moved, still
 
 from imitate.events import Converged, Evaluated, PolicyUpdated, Skipped, TrialFinished
 from imitate.learning import runs
 from imitate.learning.improve import Improvement
-from imitate.learning.placement import Placement
+from imitate.learning.places import Place
+from imitate.learning.runs import Runs
 from imitate.learning.trials import nothing_is_skipped
 from imitate.record import Sightings
 from imitate.settings import load_settings
@@ -86,12 +90,17 @@ def learn(short_demonstration, carry_problem):
     return run
 
 
+def resting_at(pose):
+    """cubeA, which an earlier skill has put at a pose (7,) relative to cubeB."""
+    return Place(0, "cubeA", "carried", "cubeB", pose, 0.02, np.inf, 0.0, 0.0, False, None)
+
+
 def explored(events):
     return [e for e in events if isinstance(e, TrialFinished) and e.purpose == "explore"]
 
 
 def test_an_imitation_that_will_do_is_not_explored(learn):
-    events, learned = learn(lambda _: 0.0)
+    events, learned = learn(lambda _: 0.0, curtail=False)
     assert len(explored(events)) == 1
     assert learned.accepted
     assert (learned.success.successes, learned.success.trials) == (20, 20)
@@ -130,8 +139,8 @@ def test_a_success_at_the_edge_of_the_tolerance_is_improved_further(learn):
 
 def test_what_an_earlier_skill_placed_need_not_be_firmly_so(learn, carry_problem):
     # 18 mm off again, which a skill that only leaves cannot mend.
-    where = carry_problem.shown["cubeA"][:3]
-    placed = (Placement(0, "cubeA", "cubeB", where, left=False),)
+    where = carry_problem.shown["cubeA"]
+    placed = (resting_at(where),)
     retreat = replace(carry_problem, shown={"hand": carry_problem.shown["hand"]}, placed=placed)
     events, learned = learn(lambda _: 0.018, gripper=False, problem=retreat)
     assert (len(explored(events)), learned.accepted, learned.firm) == (1, True, 1.0)
@@ -142,16 +151,16 @@ def test_what_an_earlier_skill_placed_need_not_be_firmly_so(learn, carry_problem
 def test_what_was_off_before_it_began_does_not_make_a_skill_explore(learn, carry_problem, knocked):
     # Every tenth trial fails, as the block was set down 30 mm off, or is knocked there by the skill itself.
     number = count()
-    where = carry_problem.shown["cubeA"][:3]
-    placed = (Placement(0, "cubeA", "cubeB", where, left=False),)
+    where = carry_problem.shown["cubeA"]
+    placed = (resting_at(where),)
     retreat = replace(carry_problem, shown={"hand": carry_problem.shown["hand"]}, placed=placed)
 
     def miss(_policy):
         return 0.03 * (next(number) % 10 == 9)
 
-    events, learned = learn(miss, gripper=False, problem=retreat, late=knocked)
+    events, learned = learn(miss, gripper=False, problem=retreat, late=knocked, curtail=False)
     assert learned.accepted
-    assert learned.success.successes == 18
+    assert (learned.success.successes, learned.success.trials) == (18, 20)
     assert (len(explored(events)) > 1) == knocked
 
 
@@ -278,13 +287,69 @@ def test_all_who_compete_do_so_in_one_batch_for_the_cores_to_share(learn, monkey
 
 
 def test_what_nearly_won_is_gone_on_with_and_judged_in_the_end(learn):
-    events, learned = learn(failing(0, 2))
+    events, learned = learn(failing(0, 2), curtail=False)
     assert len(explored(events)) == 40
     assert (learned.success.successes, learned.accepted) == (12, False)
     judged = [e for e in events if isinstance(e, TrialFinished) and e.purpose == "evaluate"]
     chosen = [e.policies[-1] for e in events if isinstance(e, TrialFinished) and e.purpose == "choose"]
     assert len(judged) == 20
     assert any(policy is judged[0].policies[-1] for policy in chosen)
+
+
+@pytest.fixture(scope="session")
+def judge(short_demonstration, carry_problem):
+    """Judges the imitated policy, trials failing by their number."""
+
+    def run(fails, last, **learning):
+        number = count()
+        settings = load_settings(None, {"learning": learning})
+        trials = Pretended(short_demonstration, settings, lambda _: 0.2 * fails(next(number)))
+        course = Runs(carry_problem, (), trials, np.random.SeedSequence(0)).judge(
+            (carry_problem.imitated,), last=last
+        )
+        while True:
+            try:
+                next(course)
+            except StopIteration as end:
+                return end.value
+
+    return run
+
+
+@pytest.mark.parametrize(
+    ("fails", "last", "successes", "trials", "stopped"),
+    [
+        (lambda _: True, True, 0, 5, "α is out of reach"),
+        (lambda _: True, False, 0, 5, "α is out of reach"),
+        (lambda n: n % 2 == 0, False, 4, 9, "α is out of reach"),
+        (lambda n: n in (0, 1, 2, 3, 19), False, 15, 20, ""),
+        (lambda _: False, True, 16, 16, "α is reached"),
+        (lambda n: n in (3, 9, 15), True, 16, 19, "α is reached"),
+        (lambda _: False, False, 19, 19, "α is reached for sure"),
+        (lambda n: n == 3, False, 19, 20, ""),
+        (lambda n: n in (3, 9, 15), False, 17, 20, ""),
+    ],
+)
+def test_judging_stops_where_its_outcome_is_certain(judge, fails, last, successes, trials, stopped):
+    learned, whole = judge(fails, last), judge(fails, last, curtail=False)
+    assert (learned.success.successes, learned.success.trials, learned.stopped) == (
+        successes,
+        trials,
+        stopped,
+    )
+    assert (whole.success.trials, whole.stopped) == (20, "")
+    assert learned.accepted == whole.accepted
+    sure = [made.firm >= 0.9 and made.fair >= 0.95 for made in (learned, whole)]
+    assert sure[0] == sure[1] or not learned.accepted
+
+
+@hypothesis_settings(max_examples=10)
+@given(st.sets(st.integers(0, 4)), st.booleans())
+def test_stopping_early_decides_nothing_else(judge, failing, last):
+    learned, whole = (
+        judge(failing.__contains__, last, curtail=curtail, evaluation_starts=5) for curtail in (True, False)
+    )
+    assert learned.accepted == whole.accepted == (len(failing) <= 1)
 
 
 def seen_as(shift=0.0, lost=False):
@@ -338,7 +403,7 @@ def test_what_the_operator_skips_is_judged_once_and_not_accepted(learn, miss, su
         asked.append((segment, formulation))
         return len(asked) == 2
 
-    events, learned = learn(lambda _: miss, skip=skip, candidates=0, converged_below=0.0)
+    events, learned = learn(lambda _: miss, skip=skip, candidates=0, converged_below=0.0, curtail=False)
     skipped = next(e for e in events if isinstance(e, Skipped))
     assert asked == [(skipped.segment, skipped.formulation)] * 2
     at = events.index(skipped)

@@ -1,6 +1,7 @@
 """Algorithm 1: the order of formulations, the step back, and what is said when all fail."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,9 +14,10 @@ from imitate.learning.reformulate import learn_options
 from imitate.learning.runs import Learned
 from imitate.learning.statements import statements
 from imitate.record import Start
-from imitate.settings import load_settings
+from imitate.settings import Settings, load_settings
 from imitate.skill import Abstraction, Candidate, CostTerms, Grasp, Miss, Segment
 
+LEARNING = Settings().learning
 HAND = Abstraction(("hand",), "cubeA")
 CARRY = Abstraction(("hand", "cubeA"), "cubeB")
 OPEN = Grasp("open", 0.0, 5.1, 0.0)
@@ -24,7 +26,7 @@ OTHER = Abstraction(("hand",), "cubeB")
 
 def test_each_abstraction_is_tried_without_and_with_the_gripper():
     ranked = (Candidate(CARRY, -1.0), Candidate(OTHER, -20.0), Candidate(HAND, -500.0))
-    assert statements(Segment(0, 1, CARRY, ranked), 50.0) == [
+    assert statements(Segment(0, 1, CARRY, ranked), LEARNING) == [
         (CARRY, ("pose",)),
         (CARRY, ("pose", "gripper")),
         (OTHER, ("pose",)),
@@ -34,7 +36,7 @@ def test_each_abstraction_is_tried_without_and_with_the_gripper():
 
 def test_the_operators_choice_comes_first_however_unlikely():
     ranked = (Candidate(CARRY, -1.0), Candidate(OTHER, -20.0))
-    first = statements(Segment(0, 1, HAND, ranked), 50.0)[0]
+    first = statements(Segment(0, 1, HAND, ranked), LEARNING)[0]
     assert first == (HAND, ("pose",))
 
 
@@ -43,6 +45,7 @@ class FakeTrials:
 
     def __init__(self, **learning):
         self.settings = load_settings(None, {"learning": learning})
+        self.spec = SimpleNamespace(description="", robot="panda")
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from records import moved, still
+from records import done, moved
 
 from imitate.events import Reproduced, TrialFinished
 from imitate.learning.initiation import initiation_set, start_of
@@ -33,7 +33,7 @@ class Pretended:
 
 def chained(demonstration):
     """A carry of 1 s, held all along, and a retreat of 1 s; everything at rest in its place."""
-    record = replace(still(demonstration), option_starts=(0, 240))
+    record = replace(done(demonstration), option_starts=(0, 240))
     commands, forces = record.commands.copy(), record.contact_forces.copy()
     commands[:60, -1] = 20.0
     forces[:240, 0] = 40.0

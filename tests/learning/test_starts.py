@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from imitate.geometry import angle_between, compose, relative
-from imitate.learning.starts import perturbed_starts, standing_on
+from imitate.learning.starts import perturbed_starts
+from imitate.learning.support import standing_on
 from imitate.settings import Settings, load_settings
 from imitate.world.scene import scene_of
 
@@ -57,8 +58,8 @@ def test_objects_never_come_to_stand_in_one_another(spec):
 
 
 def test_what_stands_on_what_is_seen_in_the_scene(spec, stacked):
-    assert standing_on(spec).tolist() == [-1, -1]
-    assert standing_on(stacked).tolist() == [1, -1]
+    assert standing_on(spec.object_poses, spec.object_sizes).tolist() == [-1, -1]
+    assert standing_on(stacked.object_poses, stacked.object_sizes).tolist() == [1, -1]
 
 
 def test_what_stands_on_another_goes_with_it(stacked):
