@@ -25,7 +25,10 @@ OFF = (0.0, 0.01, 0.02)
 """m by which all objects are seen off in the demonstration, in a direction that the seed draws."""
 EVALUATION_STARTS = 10
 """perturbed starts over which P is estimated here: half of the default, to save time."""
-WAYS = {"without": {}, "with": {"grasp_noise": 0.01, "correct_goals": True}}
+WAYS: dict[str, dict[str, float]] = {
+    "without": {"correct_goals": False},
+    "with": {"grasp_noise": 0.01, "correct_goals": True},
+}
 """settings of learning; m."""
 NOTES = (
     "All objects are seen off by that much, in one direction that the seed draws, as by a camera out of "

@@ -21,7 +21,7 @@ from imitate.policy.dmp import imitate, response
 from imitate.policy.orientation import CHANNELS, to_channels
 from imitate.record import TrialRecord
 from imitate.settings import Learning, Settings
-from imitate.skill import CostTerms, Formulation, Grasp, Miss, Policy, Segment, Term
+from imitate.skill import Abstraction, CostTerms, Formulation, Grasp, Miss, Policy, Segment, Term
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Problem:
 
     Attributes:
         formulation: state and actions, by name.
-        shown: body → pose (7,) in the reference's frame at the segment's end.
+        shown: body → pose (7,) in the reference's frame at the segment's end, of those that are judged.
         imitated: the policy that follows the demonstration, gripper weights 0 or from the hand's opening.
         lets_go: what the demonstration has the hand leave next, having carried it.
         placed: where earlier skills are shown to place objects, and what is shown to stay; this one must not
@@ -103,7 +103,7 @@ def formulate(
         policy = with_opening(policy, demonstration, segment, settings)
     return Problem(
         formulation=formulation,
-        shown={body: seen(body)[-1] for body in abstraction.relevant},
+        shown={body: seen(body)[-1] for body in _judged(abstraction, settings.learning)},
         imitated=policy,
         lets_go=lets_go,
         placed=_placed(demonstration, segments, formulation, settings.learning),
@@ -114,6 +114,11 @@ def formulate(
             if name in settings.learning.symmetric
         },
     )
+
+
+def _judged(abstraction: Abstraction, settings: Learning) -> tuple[str, ...]:
+    # Whose poses at the end cost and are judged: what is carried rather than the hand that carries it.
+    return abstraction.carried if abstraction.carried and settings.free_hand else abstraction.relevant
 
 
 def _placed(

@@ -77,7 +77,7 @@ class Learning(Section):
     grasp_noise: float = Field(default=0.0, ge=0)
     """m, standard deviation of where the hand takes hold, which a skill that closes the gripper then learns:
     the goal of the skill before it."""
-    correct_goals: bool = False
+    correct_goals: bool = True
     """one trial of each batch has the goal of the best one so far, moved by what its body ended off."""
     correct_within: float = Field(default=0.05, gt=0)
     """m that it may be off; farther off it was lost, which another goal does not mend."""
@@ -122,6 +122,9 @@ class Learning(Section):
     """m from the shown pose in the reference's frame."""
     near_angle: float = Field(default=15.0, gt=0)
     """degrees, likewise."""
+    free_hand: bool = True
+    """where something is carried, its pose at the end counts and not the hand's: another gripper takes hold
+    of it a little differently, and turns it by closing."""
     symmetric: tuple[str, ...] = ()
     """objects that count as unturned when they look the same: boxes, up to a tenth between their sides."""
     rest_time: float = Field(default=0.2, gt=0)

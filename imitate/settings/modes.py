@@ -46,6 +46,8 @@ _FAITHFUL: dict[str, dict[str, Any]] = {
         "keep_carried": False,
         "improve_by": "total",
         "judge": "cost",
+        "free_hand": False,
+        "correct_goals": False,
         "closed_end_cost": 0.0,
         "gripper_noise": 60.0,
         "gripper_smoothness": 0.0,

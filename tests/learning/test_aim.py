@@ -60,7 +60,11 @@ def test_a_body_that_was_lost_on_the_way_corrects_nothing(short_demonstration, c
 
 def test_a_skill_that_carries_nothing_is_corrected_by_the_hand(short_demonstration, carry_problem):
     abstraction = replace(carry_problem.formulation.abstraction, relevant=(HAND,))
-    problem = replace(carry_problem, formulation=replace(carry_problem.formulation, abstraction=abstraction))
+    problem = replace(
+        carry_problem,
+        formulation=replace(carry_problem.formulation, abstraction=abstraction),
+        shown={HAND: carry_problem.imitated.goal},
+    )
     record = still(short_demonstration)
     hand = record.hand_poses.copy()
     hand[:, 0] += 0.012

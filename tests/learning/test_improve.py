@@ -18,6 +18,7 @@ from imitate.learning.runs import Runs
 from imitate.learning.trials import nothing_is_skipped
 from imitate.record import Sightings
 from imitate.settings import load_settings
+from imitate.skill import Abstraction
 from imitate.world.scene import scene_of, shown_start
 from imitate.world.trial import Outcome
 
@@ -95,6 +96,14 @@ def resting_at(pose):
     return Place(0, "cubeA", "carried", "cubeB", pose, 0.02, np.inf, 0.0, 0.0, False, None)
 
 
+def leaving(carry_problem, placed):
+    """The problem of a hand that carries nothing and ends where that of the carry does."""
+    alone = Abstraction(("hand",), "cubeB")
+    formulation = replace(carry_problem.formulation, abstraction=alone)
+    shown = {"hand": carry_problem.imitated.goal}
+    return replace(carry_problem, formulation=formulation, shown=shown, placed=placed)
+
+
 def explored(events):
     return [e for e in events if isinstance(e, TrialFinished) and e.purpose == "explore"]
 
@@ -141,7 +150,7 @@ def test_what_an_earlier_skill_placed_need_not_be_firmly_so(learn, carry_problem
     # 18 mm off again, which a skill that only leaves cannot mend.
     where = carry_problem.shown["cubeA"]
     placed = (resting_at(where),)
-    retreat = replace(carry_problem, shown={"hand": carry_problem.shown["hand"]}, placed=placed)
+    retreat = leaving(carry_problem, placed)
     events, learned = learn(lambda _: 0.018, gripper=False, problem=retreat)
     assert (len(explored(events)), learned.accepted, learned.firm) == (1, True, 1.0)
     assert not learn(lambda _: 0.022, gripper=False, problem=retreat)[1].accepted
@@ -153,7 +162,7 @@ def test_what_was_off_before_it_began_does_not_make_a_skill_explore(learn, carry
     number = count()
     where = carry_problem.shown["cubeA"]
     placed = (resting_at(where),)
-    retreat = replace(carry_problem, shown={"hand": carry_problem.shown["hand"]}, placed=placed)
+    retreat = leaving(carry_problem, placed)
 
     def miss(_policy):
         return 0.03 * (next(number) % 10 == 9)

@@ -12,11 +12,12 @@ from imitate.geometry import angle_between, compose, from_yaw, relative, resampl
 from imitate.learning.problem import cost_of, failure_of, formulate, misses_of
 from imitate.segmentation import segment
 from imitate.settings import Settings, load_settings, parse_settings
-from imitate.skill import Formulation
+from imitate.skill import Abstraction, Formulation, Segment
 from imitate.world.scene import World, scene_of
 from imitate.world.trial import Simulator
 
-LEARNING = Settings().learning
+SETTINGS = Settings()
+LEARNING = SETTINGS.learning
 
 
 def failed(problem, record, unreachable, cost, settings):
@@ -173,3 +174,40 @@ def test_a_symmetric_cube_may_end_turned_by_quarters(
 
 def _segments(demonstration):
     return segment(demonstration, Settings().segmentation)
+
+
+def test_a_carry_is_judged_by_what_it_carries_and_a_reach_by_the_hand(short_demonstration, carry_problem):
+    assert set(carry_problem.shown) == {"cubeA"}
+    segments = (Segment(0.0, 5.0, Abstraction(("hand", "cubeA"), "cubeB")),)
+    reach = Formulation(0, 0, Abstraction(("hand",), "cubeA"), ("pose",), "")
+    assert set(formulate(short_demonstration, segments, reach, Settings()).shown) == {"hand"}
+    faithful = load_settings(overrides={"mode": "faithful"})
+    carry = replace(reach, abstraction=segments[0].abstraction)
+    assert set(formulate(short_demonstration, segments, carry, faithful).shown) == {"hand", "cubeA"}
+
+
+def test_only_a_carry_that_closes_the_gripper_waits_for_the_fingers(short_demonstration):
+    carry = Abstraction(("hand", "cubeA"), "cubeB")
+    segments = (Segment(0.0, 5.0, carry),)
+
+    def wait(abstraction, actions, settings=SETTINGS):
+        stated = Formulation(0, 0, abstraction, actions, "")
+        return formulate(short_demonstration, segments, stated, settings, closing_time=0.4).imitated.wait
+
+    assert wait(carry, ("pose", "gripper")) == 0.4
+    assert wait(carry, ("pose",)) == 0
+    assert wait(Abstraction(("hand",), "cubeA"), ("pose", "gripper")) == 0
+    assert wait(carry, ("pose", "gripper"), load_settings(overrides={"mode": "faithful"})) == 0
+
+
+def test_what_hangs_in_the_air_at_the_end_is_held(short_demonstration):
+    carry = Abstraction(("hand", "cubeA"), "cubeB")
+
+    def holds(end, *later):
+        stated = Formulation(0, 0, carry, ("pose", "gripper"), "")
+        segments = (Segment(0.0, end, carry), *later)
+        return formulate(short_demonstration, segments, stated, SETTINGS).imitated.holds
+
+    assert holds(2.5)
+    assert not holds(short_demonstration.duration)
+    assert not holds(2.5, Segment(2.5, 5.0, Abstraction(("hand",), "cubeA")))
