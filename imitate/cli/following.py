@@ -14,7 +14,7 @@ from imitate.cli import console
 
 if TYPE_CHECKING:
     from imitate.events import Event
-    from imitate.session.progress import Progress
+    from imitate.session.progress import Attempt, Progress
 
 
 def follow(
@@ -100,6 +100,13 @@ def _narrate(event: Event) -> None:
                 console.narrate(f"{skill}: {ends} lie outside its initiation set", wrapped=True)
 
 
+def _outcome(attempt: Attempt) -> str:
+    # What became of a formulation, and why it was not tried from all the starts.
+    words = "accepted" if attempt.accepted else "given up"
+    stopped = attempt.evaluated.stopped if attempt.evaluated else ""
+    return f"{words}; stopped: {stopped}" if stopped else words
+
+
 def _show(progress: Progress, seconds: float) -> None:
     numbers = ("trials", "cost", "P", "interval")
     table = console.table("skill", "relevant", "reference", "actions", *numbers, "", right=numbers)
@@ -115,7 +122,7 @@ def _show(progress: Progress, seconds: float) -> None:
                 f"{attempt.cost:.1f}" if attempt.cost is not None else "",
                 f"{judged.successes}/{judged.trials}" if judged else "",
                 f"{judged.low:.2f}–{judged.high:.2f}" if judged else "",
-                "accepted" if attempt.accepted else "given up",
+                _outcome(attempt),
             )
     console.show(table)
     if r := progress.reproduced:

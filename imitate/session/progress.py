@@ -195,6 +195,7 @@ def _formulation_report(attempt: Attempt) -> dict[str, Any]:
             "trials": judged.trials if judged else 0,
             "low": judged.low if judged else 0.0,
             "high": judged.high if judged else 1.0,
+            "stopped": judged.stopped if judged else "",
         },
         "accepted": attempt.accepted,
         "failed_of": _failed_of(attempt.evidence),

@@ -48,7 +48,9 @@ def actions_in_words(actions: tuple[Action, ...]) -> str:
 def success_in_words(judged: Evaluated | Reproduced) -> str:
     """P with its interval."""
     share = judged.successes / judged.trials if judged.trials else 0.0
-    return f"{judged.successes} of {judged.trials} = {share:.2f} [{judged.low:.2f}, {judged.high:.2f}]"
+    stopped = f", stopped: {judged.stopped}" if isinstance(judged, Evaluated) and judged.stopped else ""
+    rate = f"{judged.successes} of {judged.trials} = {share:.2f}"
+    return f"{rate} [{judged.low:.2f}, {judged.high:.2f}]{stopped}"
 
 
 def outcome(attempt: Attempt, present: bool, running: bool) -> str:

@@ -94,7 +94,7 @@ def test_report_is_the_json_contract() -> None:
         "trials": 10,
         "updates": 2,
         "cost": 14.75,
-        "success": {"successes": 19, "trials": 20, "low": 0.8, "high": 1.0},
+        "success": {"successes": 19, "trials": 20, "low": 0.8, "high": 1.0, "stopped": ""},
         "accepted": True,
         "failed_of": [],
         "initiation": None,
@@ -132,5 +132,5 @@ def test_report_of_a_session_that_was_stopped_says_nothing_that_was_not_measured
     report = learn_report(until(events.FormulationStarted), "s.mcap", 1.0)
     (formulation,) = report["segments"][0]["formulations"]
     assert formulation["cost"] is None
-    assert formulation["success"] == {"successes": 0, "trials": 0, "low": 0.0, "high": 1.0}
+    assert formulation["success"] == {"successes": 0, "trials": 0, "low": 0.0, "high": 1.0, "stopped": ""}
     assert (formulation["accepted"], report["reproduced"]) == (False, False)
