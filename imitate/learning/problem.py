@@ -13,7 +13,7 @@ from imitate.geometry import Array, align_signs, angle_between, relative, resamp
 from imitate.learning.bodies import resting, trajectory_of
 from imitate.learning.closing import with_opening
 from imitate.learning.grasp import grasp_of
-from imitate.learning.places import Place, asked_for, places
+from imitate.learning.places import MOVED, Place, asked_for, places
 from imitate.learning.support import hang_in_air
 from imitate.learning.verdict import verdict
 from imitate.perception.symmetry import nearest_alike
@@ -31,6 +31,7 @@ class Problem:
     Attributes:
         formulation: state and actions, by name.
         shown: body → pose (7,) in the reference's frame at the segment's end, of those that are judged.
+        half_way: body → m, half of what it was shown to be carried; ∞ where it was not.
         imitated: the policy that follows the demonstration, gripper weights 0 or from the hand's opening.
         lets_go: what the demonstration has the hand leave next, having carried it.
         placed: where earlier skills are shown to place objects, and what is shown to stay; this one must not
@@ -41,6 +42,7 @@ class Problem:
 
     formulation: Formulation
     shown: dict[str, Array]
+    half_way: dict[str, float]
     imitated: Policy
     lets_go: tuple[str, ...]
     placed: tuple[Place, ...]
@@ -101,9 +103,11 @@ def formulate(
     )
     if grips and settings.learning.gripper_from_opening:
         policy = with_opening(policy, demonstration, segment, settings)
+    paths = {body: seen(body) for body in _judged(abstraction, settings.learning)}
     return Problem(
         formulation=formulation,
-        shown={body: seen(body)[-1] for body in _judged(abstraction, settings.learning)},
+        shown={body: path[-1] for body, path in paths.items()},
+        half_way={body: _half_way(path, body in abstraction.carried) for body, path in paths.items()},
         imitated=policy,
         lets_go=lets_go,
         placed=_placed(demonstration, segments, formulation, settings.learning),
@@ -119,6 +123,12 @@ def formulate(
 def _judged(abstraction: Abstraction, settings: Learning) -> tuple[str, ...]:
     # Whose poses at the end cost and are judged: what is carried rather than the hand that carries it.
     return abstraction.carried if abstraction.carried and settings.free_hand else abstraction.relevant
+
+
+def _half_way(path: Array, carried: bool) -> float:
+    # Within that of its end a body may not have been carried at all.
+    distance = float(np.linalg.norm(path[-1, :3] - path[0, :3]))
+    return distance / 2 if carried and distance > MOVED else np.inf
 
 
 def _placed(
@@ -247,7 +257,10 @@ def _grasp(problem: Problem, record: TrialRecord, body: str) -> Grasp | None:
 
 def _miss(problem: Problem, record: TrialRecord, body: str, settings: Learning) -> Miss | None:
     off, angle = _off(problem, record, body)
-    far, turned = off > settings.near, np.rad2deg(angle) > settings.near_angle
+    far, turned = (
+        off > min(settings.near, problem.half_way.get(body, np.inf)),
+        np.rad2deg(angle) > settings.near_angle,
+    )
     if far or turned:
         term: Term = "position and angle" if far and turned else "position" if far else "angle"
         reference = problem.formulation.abstraction.reference

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from records import gripping, moved, still
+from records import done, gripping, moved, still
 
 from imitate.geometry import angle_between, compose, from_yaw, relative, resample
 from imitate.learning.problem import cost_of, failure_of, formulate, misses_of
@@ -184,6 +184,22 @@ def test_a_carry_is_judged_by_what_it_carries_and_a_reach_by_the_hand(short_demo
     faithful = load_settings(overrides={"mode": "faithful"})
     carry = replace(reach, abstraction=segments[0].abstraction)
     assert set(formulate(short_demonstration, segments, carry, faithful).shown) == {"hand", "cubeA"}
+
+
+def test_what_was_carried_by_less_than_the_tolerance_has_to_be_half_way_at_least(short_demonstration):
+    d = short_demonstration
+    objects = np.repeat(d.objects[:1], len(d.t), axis=0)
+    objects[:, 0, 2] += np.linspace(0, 0.016, len(d.t))
+    lifted = replace(d, objects=objects)
+    lift = Segment(0.0, d.duration, Abstraction(("hand", "cubeA"), "table"))
+    problem = formulate(
+        lifted, (lift,), Formulation(0, 0, lift.abstraction, ("pose", "gripper"), ""), SETTINGS
+    )
+    up = done(lifted)
+    assert failed(problem, up, "", cost_of(problem, up, False, LEARNING), LEARNING) == ""
+    record = moved(up, 0, [0, 0, -0.009])
+    cost = cost_of(problem, record, False, LEARNING)
+    assert failed(problem, record, "", cost, LEARNING).startswith("cubeA ends 9 mm and 0° from")
 
 
 def test_only_a_carry_that_closes_the_gripper_waits_for_the_fingers(short_demonstration):
