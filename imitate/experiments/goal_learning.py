@@ -41,7 +41,7 @@ NOTES = (
 
 def learn_off(metres: float, way: str, seed: int, file: Path, settings: Settings) -> Outcome:
     """A session from the demonstration with its objects seen off."""
-    changed = {"evaluation_starts": EVALUATION_STARTS} | WAYS[way]
+    changed = {"evaluation_starts": EVALUATION_STARTS, "curtail": False} | WAYS[way]
     learning = settings.learning.model_copy(update=changed)
     settings = settings.model_copy(update={"learning": learning})
     shown = read_demonstration(file)

@@ -29,8 +29,11 @@ NOTES = (
 
 
 def discovering(settings: Settings) -> Settings:
-    """The settings, but that the gripper's force is not taken from the hand's opening."""
-    learning = settings.learning.model_copy(update={"gripper_from_opening": False})
+    """The settings, but that the gripper's force is not taken from the hand's opening.
+
+    P is estimated over all starts, since those of many seeds are counted together.
+    """
+    learning = settings.learning.model_copy(update={"gripper_from_opening": False, "curtail": False})
     return settings.model_copy(update={"learning": learning})
 
 
