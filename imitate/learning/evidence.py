@@ -196,5 +196,5 @@ def _failing(shortfall: Shortfall) -> str:
         "reach": "a pose is out of reach",
         "sight": "an object is not seen",
         "cost": "the terminal cost is too high",
-        "place": "an object that this skill should leave alone is off its place",
+        "place": "an object is not where it was shown to be by then",
     }[shortfall.term]
