@@ -8,13 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imitate.errors import DemonstrationError
-from imitate.geometry import Array, align_signs, read_only, resample
+from imitate.geometry import NEARLY, Array, align_signs, nearly_normalised, read_only, resample
 
 HAND = "hand"
 TABLE = "table"
 """the demonstration's own frame, as a reference where no object is left to be one."""
 FAR = 1e8
 """m, beyond anything on earth: such a number is damage, and its square may not be one any more."""
+LONGEST_GAP = 60.0
+"""s from a frame to the next: beyond, nothing is known of the motion, and nobody waits for it to be repeated."""
+LONGEST = 3600.0
+"""s from the first frame to the last: whatever goes through time in even steps stays bounded."""
 
 
 @dataclass(frozen=True)
@@ -25,8 +29,9 @@ class Demonstration:
     towards the fingertips. Where a body was not seen, its pose is seven NaN.
 
     Attributes:
-        t: (T,) seconds, strictly increasing; irregular steps are normal.
-        hand: (T, 7) poses in the demonstration's frame, z up.
+        t: (T,) seconds, strictly increasing; irregular steps are normal, up to `LONGEST_GAP`, in all `LONGEST`.
+        hand: (T, 7) poses in the demonstration's frame, z up; quaternions off length one by less than 1 %
+            are scaled to it.
         objects: (T, K, 7) poses in the same frame.
         object_names: K distinct names, none of them "hand" or "table".
         object_sizes: (K, 3) metres along each object's x, y, z; NaN where not known.
@@ -51,6 +56,8 @@ class Demonstration:
             object.__setattr__(self, "opening", read_only(self.opening))
         object.__setattr__(self, "object_names", tuple(str(name) for name in self.object_names))
         _check_shapes(self)
+        for field in ("hand", "objects"):
+            object.__setattr__(self, field, read_only(nearly_normalised(getattr(self, field))))
         _check_times(self.t)
         _check_poses("hand", self.hand)
         for k, name in enumerate(self.object_names):
@@ -158,8 +165,27 @@ def _check_times(t: Array) -> None:
         k = int(np.argmax(steps <= 0))
         raise DemonstrationError(
             f"t: goes from {t[k]:.6g} s to {t[k + 1]:.6g} s at frame {k + 1}; expected strictly increasing "
-            "times. Sort the frames or remove repeated ones."
+            "times. " + ("Remove repeated frames." if t[k] == t[k + 1] else "Sort the frames.")
         )
+    if steps.max() > LONGEST_GAP:
+        k = int(np.argmax(steps))
+        raise DemonstrationError(
+            f"t: {span_in_words(steps[k])} pass without a frame, from {t[k] - t[0]:.6g} s after the first one (frame "
+            f"{k}); expected {LONGEST_GAP:g} s at most. Keep what lies before or after."
+        )
+    if t[-1] - t[0] > LONGEST:
+        raise DemonstrationError(
+            f"t: lasts {span_in_words(t[-1] - t[0])}; expected {span_in_words(LONGEST)} at most. Keep the part that shows "
+            "the task."
+        )
+
+
+def span_in_words(seconds: float) -> str:
+    """A span of time in the largest unit of which there are two: "95 s", "26 hours", "19,676 days"."""
+    for unit, length in (("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):
+        if seconds >= 2 * length:
+            return f"{seconds / length:,.4g} {unit}" if seconds < 1e4 * length else f"{seconds / length:,.0f} {unit}"
+    return f"{seconds:.4g} s"
 
 
 def _check_poses(name: str, poses: Array) -> None:
@@ -180,7 +206,7 @@ def _check_poses(name: str, poses: Array) -> None:
             f"{name}: {far[k]:.4g} at frame {k}; expected metres and a unit quaternion, x y z qx qy qz qw."
         )
     norms = np.where(missing, 1, np.linalg.norm(poses[:, 3:], axis=1))
-    off = np.abs(norms - 1) > 1e-3
+    off = np.abs(norms - 1) >= NEARLY
     if off.any():
         k = int(np.argmax(off))
         raise DemonstrationError(

@@ -16,6 +16,9 @@ Array = NDArray[np.float64]
 
 IDENTITY: Array = np.array([0.0, 0, 0, 0, 0, 0, 1])
 IDENTITY.flags.writeable = False
+NEARLY = 0.01
+"""off one by which a quaternion's length may be, rounded in a file or kept in single precision."""
+_EXACT = 1e-9
 
 
 def read_only(values: ArrayLike, dtype: Any = np.float64) -> NDArray[Any]:
@@ -99,6 +102,19 @@ def normalised(poses: ArrayLike) -> Array:
     poses = np.array(poses, float)
     poses[..., 3:] /= np.linalg.norm(poses[..., 3:], axis=-1, keepdims=True)
     return poses
+
+
+def nearly_normalised(poses: ArrayLike) -> Array:
+    """Poses (..., 7) with the quaternions that are nearly of length one scaled to it, and others as they are."""
+    given = np.asarray(poses, float)
+    with np.errstate(over="ignore"):
+        off = np.abs(np.linalg.norm(given[..., 3:], axis=-1) - 1)
+    rounded = (off > _EXACT) & (off < NEARLY)
+    if not rounded.any():
+        return given
+    scaled = given.copy()
+    scaled[rounded] = normalised(scaled[rounded])
+    return scaled
 
 
 def angle_between(a: ArrayLike, b: ArrayLike) -> Array:

@@ -6,6 +6,7 @@ out is recognised by its name, as in a file without a mapping.
 
 from __future__ import annotations
 
+import math
 import tomllib
 from pathlib import Path
 from typing import Annotated, Literal
@@ -14,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from imitate.demonstration import HAND, TABLE
 from imitate.errors import FileError
+from imitate.geometry import NEARLY
 
 Columns = str | Annotated[list[str], Field(min_length=1)]
 """One column or dataset, a part of one as "name[3]" or "name[0:3]", or a list of these."""
@@ -64,7 +66,7 @@ class Body(_Part):
             raise ValueError("rotation stands beside position; for seven columns in a row use pose alone")
         if len(self.offset) not in (3, 7):
             raise ValueError("offset is x y z, or x y z qx qy qz qw")
-        if len(self.offset) == 7 and abs(sum(q * q for q in self.offset[3:]) - 1) > 1e-3:
+        if len(self.offset) == 7 and abs(math.hypot(*self.offset[3:]) - 1) >= NEARLY:
             raise ValueError("offset: its last four numbers are no unit quaternion qx qy qz qw")
         return self
 

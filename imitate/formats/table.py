@@ -23,7 +23,7 @@ from imitate.errors import DemonstrationError, FileError
 from imitate.formats.mapping import LENGTHS, TIMES, Body
 from imitate.formats.mapping import Mapping as FileMapping
 from imitate.formats.opening import OPENING, in_metres, is_opening
-from imitate.geometry import Array, compose
+from imitate.geometry import Array, compose, nearly_normalised
 
 TIME_NAMES = ("t", "time", "timestamp", "time_s", "seconds")
 _AXES = ("x", "y", "z", "qx", "qy", "qz", "qw")
@@ -146,7 +146,7 @@ def _poses(table: Table, name: str, body: Body, known: dict[str, str], mapping: 
         position, turned, order = both[:, :3], both[:, 3:], "xyzw"
     scaled = position if mapping.length_unit == "m" else position * LENGTHS[mapping.length_unit]
     poses = np.column_stack([scaled, _quaternions(scaled, turned, order)])
-    return with_offset(poses, body)
+    return with_offset(nearly_normalised(poses), body)
 
 
 def with_offset(poses: Array, body: Body) -> Array:
@@ -154,7 +154,7 @@ def with_offset(poses: Array, body: Body) -> Array:
     if not any(body.offset[:3]) and len(body.offset) == 3:
         return poses
     offset = np.array(body.offset if len(body.offset) == 7 else [*body.offset, 0, 0, 0, 1])
-    return compose(poses, offset)
+    return compose(poses, nearly_normalised(offset))
 
 
 def _rotation_width(order: str) -> int:
@@ -162,7 +162,7 @@ def _rotation_width(order: str) -> int:
 
 
 def _quaternions(position: Array, turned: Array | None, order: str) -> Array:
-    # (T, 4) x y z w; nearly unit ones, of rounded text or single precision, are made so
+    # (T, 4) x y z w
     if turned is None:
         fixed = np.tile([0.0, 0, 0, 1], (len(position), 1))
         fixed[np.isnan(position).any(axis=1)] = np.nan
@@ -174,11 +174,7 @@ def _quaternions(position: Array, turned: Array | None, order: str) -> Array:
         found = np.full((len(turned), 4), np.nan)
         found[seen] = made.as_quat()
         return found
-    q = turned[:, [1, 2, 3, 0]] if order == "wxyz" else turned
-    length: Array = np.linalg.norm(q, axis=1, keepdims=True)
-    rounded = (np.abs(length - 1) > 1e-9) & (np.abs(length - 1) < 0.01)
-    unit: Array = np.where(rounded, q / np.where(rounded, length, 1), q)
-    return unit
+    return turned[:, [1, 2, 3, 0]] if order == "wxyz" else turned
 
 
 def _times(table: Table, mapping: FileMapping, frames: int) -> Array:

@@ -24,7 +24,7 @@ from imitate.errors import FileError
 from imitate.formats.mcap_file import McapReader, RawMessage
 from imitate.formats.opening import is_opening
 from imitate.formats.ros2 import Ros2Decoder
-from imitate.geometry import Array, compose, relative, resample
+from imitate.geometry import Array, compose, nearly_normalised, relative, resample
 
 GAP = 5.0
 """times a track's usual step; what lies between samples further apart was not seen."""
@@ -175,7 +175,8 @@ def _check_parent(path: Path, key: tuple[str, str], known: str, parent: str) -> 
 
 def _track(frame: str, rows: dict[int, list[float]], fixed: bool) -> Track:
     times = sorted(rows)
-    return Track(frame, np.array(times, np.int64), np.array([rows[time] for time in times]), fixed)
+    poses = nearly_normalised([rows[time] for time in times])
+    return Track(frame, np.array(times, np.int64), poses, fixed)
 
 
 def _plain(frame: str) -> str:
