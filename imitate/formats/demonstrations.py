@@ -16,18 +16,21 @@ SUFFIXES = (".npz", ".csv", ".parquet", ".mcap")
 """of files that can be written."""
 
 
-def read_demonstration(path: Path | str, mapping: Mapping | None = None) -> Demonstration:
+def read_demonstration(
+    path: Path | str, mapping: Mapping | None = None, notes: list[str] | None = None
+) -> Demonstration:
     """A demonstration from its file, whose format its content tells.
 
     Args:
         path: NPZ, CSV, Parquet, HDF5 or MCAP.
         mapping: what the file's columns, topics and frames mean, where their names do not say so.
+        notes: gets what the person ought to know of how it was read, in words.
 
     Raises:
         FileError: missing, not readable, or lacking something; the message says what it has.
         DemonstrationError: what it holds is no demonstration; the message names the file and the field.
     """
-    path = Path(path)
+    path, notes = Path(path), [] if notes is None else notes
     if not path.exists():
         raise FileError(path, "no such file", "Give a demonstration as .npz, .csv, .parquet, .hdf5 or .mcap.")
     try:
@@ -35,11 +38,11 @@ def read_demonstration(path: Path | str, mapping: Mapping | None = None) -> Demo
         if kind == "npz" and mapping is None:
             from imitate.formats.npz import read_npz
 
-            return read_npz(path)
+            return read_npz(path, notes)
         if kind is not None:
             mapping = mapping or Mapping()
-            return demonstration_of(_table(path, kind, mapping), mapping)
-        return read_mcap(path, mapping)
+            return demonstration_of(_table(path, kind, mapping), mapping, notes)
+        return read_mcap(path, mapping, notes)
     except DemonstrationError as error:
         raise DemonstrationError(f"{path}: {error}") from None
 

@@ -40,7 +40,7 @@ def hdf5_table(path: Path, episode: int | None = None) -> Table:
         except (OSError, RuntimeError, KeyError, ValueError) as error:
             raise _damaged(path, error) from None
 
-    return Table(path, widths, load, rate)
+    return Table(path, widths, load, rate, episode_read=group != "/")
 
 
 def _describe(widths: dict[str, int | None], name: str, item: Any) -> None:

@@ -76,11 +76,11 @@ class Mapping(_Part):
 
     Attributes:
         time: the column of times.
-        time_unit: of that column.
+        time_unit: of that column; where not said, seconds, or what counts since 1970.
         rate: frames a second, where there is no such column.
         length_unit: of positions in the file; lengths in the mapping itself are metres.
         rotation_as: see `RotationAs`.
-        episode: which one, of a file with several.
+        episode: which one, of a file with several; by its column, else the parts between jumps of its times.
         root: the frame of an MCAP file in which poses are to be given, z up.
         columns: list column → names of its elements, which are columns then.
         opening: of the hand, between the fingertips: the sum of these numbers' absolute values, each finger's
@@ -89,7 +89,7 @@ class Mapping(_Part):
     """
 
     time: str | None = None
-    time_unit: Literal["s", "ms", "us", "ns"] = "s"
+    time_unit: Literal["s", "ms", "us", "ns"] | None = None
     rate: float | None = Field(default=None, gt=0)
     length_unit: Literal["m", "cm", "mm"] = "m"
     rotation_as: RotationAs = "xyzw"

@@ -13,10 +13,12 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from imitate.demonstration import Demonstration
+from imitate.demonstration import HAND, Demonstration
 from imitate.errors import FileError
+from imitate.formats.frames_in_time import frames_in_time
+from imitate.formats.mapping import Mapping
 from imitate.formats.opening import OPENING
-from imitate.formats.table import Table
+from imitate.formats.table import AXES, SIZES, Table
 
 _SIZES = "object_sizes"
 _NEEDED = ("t", "hand", "objects", "object_names")
@@ -26,8 +28,13 @@ _REMEDY = (
 )
 
 
-def read_npz(path: Path) -> Demonstration:
-    """Raises FileError for what is no such archive, DemonstrationError for what is no demonstration."""
+def read_npz(path: Path, notes: list[str]) -> Demonstration:
+    """The demonstration of an archive whose arrays have our own names; ``notes`` gets what ought to be known.
+
+    Raises:
+        FileError: no such archive.
+        DemonstrationError: what it holds is no demonstration.
+    """
     held = _arrays(path)
     missing = [name for name in _NEEDED if name not in held]
     if missing:
@@ -41,14 +48,32 @@ def read_npz(path: Path) -> Demonstration:
     for name, array in arrays.items():
         if array.dtype.kind not in "fiu":
             raise FileError(path, f"{name} holds {array.dtype}, not numbers", _REMEDY)
+    lengths = {len(array) for name, array in arrays.items() if name != _SIZES and array.ndim}
+    if arrays["t"].ndim == 1 and len(lengths) == 1:
+        arrays["t"], rows = frames_in_time(path, np.asarray(arrays["t"], float), None, Mapping(), notes)
+        arrays |= {name: arrays[name][rows] for name in arrays if name not in ("t", _SIZES)}
     return Demonstration(object_names=names, **arrays)
 
 
 def npz_table(path: Path) -> Table:
     """The arrays as columns; one of more than two dimensions has its rows laid out flat."""
-    held = {name: array for name, array in _arrays(path).items() if array.ndim and len(array)}
+    held = {name: array for name, array in _with_columns(_arrays(path)).items() if array.ndim and len(array)}
     widths = {name: array[0].size if array.dtype.kind in "fiub" else None for name, array in held.items()}
     return Table(path, widths, held.__getitem__)
+
+
+def _with_columns(held: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """Our own arrays under the names that columns have, so that a mapping may say what differs in them."""
+    hand, objects, names = (held.get(name) for name in _NEEDED[1:])
+    if hand is None or objects is None or names is None or hand.ndim != 2 or objects.ndim != 3:
+        return held
+    sizes = held.get(_SIZES)
+    columns = {name: array for name, array in held.items() if name not in (*_NEEDED[1:], _SIZES)}
+    for name, poses in ((HAND, hand), *zip(map(str, names), np.moveaxis(objects, 1, 0), strict=False)):
+        columns |= {f"{name}_{axis}": poses[:, k] for k, axis in enumerate(AXES)}
+    for name, size in zip(map(str, names), sizes if sizes is not None else (), strict=False):
+        columns |= {f"{name}_{axis}": np.full(len(hand), size[k]) for k, axis in enumerate(SIZES)}
+    return columns
 
 
 def write_npz(demonstration: Demonstration, stream: IO[bytes]) -> None:

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from imitate.demonstration import Demonstration
 from imitate.errors import FileError
+from imitate.formats.frames_in_time import EPISODES, chosen_episode
 from imitate.formats.table import Table, columns_of
 
-_EPISODE = "episode_index"
+_EPISODE = EPISODES[0]
 _REMEDY = "Write it again."
 
 
@@ -31,7 +32,7 @@ def parquet_table(path: Path, episode: int | None = None) -> Table:
     def load(name: str) -> NDArray[Any]:
         return _values(path, name, _read(path, [name], filters=chosen)[name].combine_chunks())
 
-    return Table(path, widths, load)
+    return Table(path, widths, load, episode_read=_EPISODE in schema.names)
 
 
 def write_parquet(demonstration: Demonstration, path: Path) -> None:
@@ -63,20 +64,9 @@ def _damaged(path: Path, error: Exception) -> FileError:
 
 def _chosen(path: Path, schema: Any, episode: int | None) -> list[tuple[str, str, int]] | None:
     if _EPISODE not in schema.names:
-        if episode is None:
-            return None
-        raise FileError(path, f"has no column {_EPISODE}, and the mapping chooses episode {episode}")
-    held = np.unique(_read(path, [_EPISODE])[_EPISODE].to_numpy()).tolist()
-    if episode is None and len(held) == 1:
         return None
-    if episode is None or episode not in held:
-        problem = f"holds {len(held)} episodes, {held[0]} to {held[-1]}" if held else "holds no episodes"
-        raise FileError(
-            path,
-            problem + (f", and none of them is {episode}" if episode is not None else ""),
-            "Choose one in a mapping (--mapping FILE.toml): episode = 0.",
-        )
-    return [(_EPISODE, "==", episode)]
+    held = np.unique(_read(path, [_EPISODE])[_EPISODE].to_numpy()).tolist()
+    return [(_EPISODE, "==", int(chosen_episode(path, held, episode)))]
 
 
 def _is_list(kind: Any) -> bool:

@@ -81,8 +81,13 @@ def write_mcap(demonstration: Demonstration, stream: IO[bytes]) -> None:
             writer.write(_OPENING, curve_message(OPENING, [float(opening)]), time)
 
 
-def read_mcap(path: Path, mapping: Mapping | None = None) -> Demonstration:
+def read_mcap(path: Path, mapping: Mapping | None, notes: list[str]) -> Demonstration:
     """A demonstration from poses and transforms, the bodies found by name or as the mapping says.
+
+    Args:
+        path: the file.
+        mapping: what its topics and frames mean, where their names do not say so.
+        notes: gets what the person ought to know.
 
     Raises:
         FileError: damaged, no hand, no object, or poses in frames that nothing relates.

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,14 +20,15 @@ from scipy.spatial.transform import Rotation
 
 from imitate.demonstration import HAND, Demonstration
 from imitate.errors import DemonstrationError, FileError
-from imitate.formats.mapping import LENGTHS, TIMES, Body
+from imitate.formats.frames_in_time import EPISODES, Rows, episode_rows, frames_in_time
+from imitate.formats.mapping import LENGTHS, Body
 from imitate.formats.mapping import Mapping as FileMapping
 from imitate.formats.opening import OPENING, in_metres, is_opening
 from imitate.geometry import Array, compose, nearly_normalised
 
 TIME_NAMES = ("t", "time", "timestamp", "time_s", "seconds")
-_AXES = ("x", "y", "z", "qx", "qy", "qz", "qw")
-_SIZES = ("size_x", "size_y", "size_z")
+AXES = ("x", "y", "z", "qx", "qy", "qz", "qw")
+SIZES = ("size_x", "size_y", "size_z")
 _NAMED = re.compile(
     r"(?P<body>.+?)[._/ ](?P<part>(?:(?:pose|position|pos|translation|orientation|rotation|rot|quaternion"
     r"|quat|size)[._/ ])*)(?P<axis>q[xyzw]|p?[xyz]|w)",
@@ -48,16 +49,23 @@ class Table:
         widths: column → how many numbers it holds a row; None where it holds no numbers.
         load: a column's values (T,) or (T, width).
         rate: frames a second, where the file says so elsewhere.
+        episode_read: whether the columns are those of the one episode that the mapping chooses.
     """
 
     path: Path
     widths: Mapping[str, int | None]
     load: Callable[[str], NDArray[Any]]
     rate: float | None = None
+    episode_read: bool = False
 
 
-def demonstration_of(table: Table, mapping: FileMapping) -> Demonstration:
+def demonstration_of(table: Table, mapping: FileMapping, notes: list[str]) -> Demonstration:
     """The demonstration that a table holds.
+
+    Args:
+        table: of one file.
+        mapping: what its columns mean, where their names do not say so.
+        notes: gets what the person ought to know.
 
     Raises:
         FileError: no hand, no objects or no times; the message lists the columns and shows a mapping.
@@ -74,13 +82,15 @@ def demonstration_of(table: Table, mapping: FileMapping) -> Demonstration:
         name: _poses(table, name, body, known.get(name, {}), mapping)
         for name, body in {HAND: mapping.hand, **objects}.items()
     }
+    t, rows = _times(table, mapping, len(poses[HAND]), notes)
+    opening = _opening(table, mapping)
     return Demonstration(
-        t=_times(table, mapping, len(poses[HAND])),
-        hand=poses.pop(HAND),
-        objects=np.stack(list(poses.values()), axis=1),
+        t=t,
+        hand=poses.pop(HAND)[rows],
+        objects=np.stack(list(poses.values()), axis=1)[rows],
         object_names=tuple(poses),
         object_sizes=np.array([_size(table, objects[name], known.get(name, {})) for name in poses]),
-        opening=_opening(table, mapping),
+        opening=None if opening is None else opening[rows],
     )
 
 
@@ -93,10 +103,10 @@ def columns_of(demonstration: Demonstration) -> dict[str, Array]:
     d = demonstration
     columns = {"t": d.t}
     for name in (HAND, *d.object_names):
-        columns |= {f"{name}_{axis}": d.pose_of(name)[:, k] for k, axis in enumerate(_AXES)}
+        columns |= {f"{name}_{axis}": d.pose_of(name)[:, k] for k, axis in enumerate(AXES)}
         if name != HAND and not np.isnan(d.size_of(name)).all():
-            columns |= {f"{name}_{s}": np.full(len(d.t), d.size_of(name)[k]) for k, s in enumerate(_SIZES)}
-        back = recognised(dict.fromkeys((f"{name}_{part}" for part in (*_AXES, *_SIZES)), 1))
+            columns |= {f"{name}_{s}": np.full(len(d.t), d.size_of(name)[k]) for k, s in enumerate(SIZES)}
+        back = recognised(dict.fromkeys((f"{name}_{part}" for part in (*AXES, *SIZES)), 1))
         if name != name.strip() or list(back) != [name] or len(back[name]) != 10:
             raise DemonstrationError(f"object_names: {name!r} would not be recognised in a column's name.")
     return columns if d.opening is None else {**columns, OPENING: d.opening}
@@ -114,7 +124,7 @@ def recognised(names: Mapping[str, int | None]) -> dict[str, dict[str, str]]:
             axis = f"size_{axis}"
         elif _TURNING.search(part) and len(axis) == 1:
             axis = f"q{axis}"
-        if axis in _AXES or axis in _SIZES:
+        if axis in AXES or axis in SIZES:
             found.setdefault(match["body"], {})[axis] = name
     short = {body: body.rstrip("/").rsplit("/", 1)[-1] for body in found}
     if len(set(short.values())) < len(found):
@@ -139,10 +149,10 @@ def _poses(table: Table, name: str, body: Body, known: dict[str, str], mapping: 
         position = _values(table, body.position, 3, name)
         turned = _values(table, body.rotation, _rotation_width(order), name) if body.rotation else None
     else:
-        if lacking := [axis for axis in _AXES if axis not in known]:
+        if lacking := [axis for axis in AXES if axis not in known]:
             what = f"has no {' '.join(lacking)} of {name}" if known else f"names no {name}"
             raise _unrecognised(table, what)
-        both = _values(table, [known[axis] for axis in _AXES], 7, name)
+        both = _values(table, [known[axis] for axis in AXES], 7, name)
         position, turned, order = both[:, :3], both[:, 3:], "xyzw"
     scaled = position if mapping.length_unit == "m" else position * LENGTHS[mapping.length_unit]
     poses = np.column_stack([scaled, _quaternions(scaled, turned, order)])
@@ -177,11 +187,17 @@ def _quaternions(position: Array, turned: Array | None, order: str) -> Array:
     return turned[:, [1, 2, 3, 0]] if order == "wxyz" else turned
 
 
-def _times(table: Table, mapping: FileMapping, frames: int) -> Array:
+def _times(table: Table, mapping: FileMapping, frames: int, notes: list[str]) -> tuple[Array, Rows]:
+    """Seconds of the rows that are frames, and which these are."""
     column = mapping.time or next((n for n in table.widths if n.lower() in TIME_NAMES), None)
     rate = mapping.rate or (None if column else table.rate)
+    names = (n for n, width in table.widths.items() if width == 1 and n.lower() in EPISODES)
+    numbered = None if table.episode_read else next(names, None)
+    episodes = None if numbered is None else _column(table, numbered, "episode")[:, 0]
+    chosen = mapping.model_copy(update={"episode": None}) if table.episode_read else mapping
     if rate:
-        return np.arange(frames) / rate
+        rows = np.arange(frames) if episodes is None else episode_rows(table.path, episodes, chosen.episode)
+        return np.arange(len(rows)) / rate, rows
     if column is None:
         raise FileError(
             table.path,
@@ -189,19 +205,15 @@ def _times(table: Table, mapping: FileMapping, frames: int) -> Array:
             'Say in a mapping (--mapping FILE.toml) which one it is, time = "NAME", or how many frames a '
             "second there are: rate = 20.0.",
         )
-    t = _values(table, column, 1, "time")[:, 0]
-    if mapping.time_unit == "s":
-        return t
-    since: Array = (t - t[0]) * TIMES[mapping.time_unit]
-    return since
+    return frames_in_time(table.path, _values(table, column, 1, "time")[:, 0], episodes, chosen, notes)
 
 
 def _size(table: Table, body: Body, known: dict[str, str]) -> list[float]:
     if body.size is not None:
         return body.size
-    if not all(axis in known for axis in _SIZES):
+    if not all(axis in known for axis in SIZES):
         return [np.nan] * 3
-    sizes = _values(table, [known[axis] for axis in _SIZES], 3, "size")
+    sizes = _values(table, [known[axis] for axis in SIZES], 3, "size")
     return [float(column[np.argmin(np.isnan(column))]) for column in sizes.T]
 
 
@@ -271,7 +283,7 @@ def _with_named_elements(table: Table, named: Mapping[str, list[str]]) -> Table:
         values = table.load(column)
         return values.reshape(len(values), -1)[:, k]
 
-    return Table(table.path, {**table.widths, **dict.fromkeys(elements, 1)}, load, table.rate)
+    return replace(table, widths={**table.widths, **dict.fromkeys(elements, 1)}, load=load)
 
 
 def _listed(table: Table) -> str:

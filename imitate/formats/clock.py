@@ -1,0 +1,104 @@
+"""Times as files have them: the unit they count in, stamps that leave their clock, and steps of the clock."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import islice
+from statistics import median
+from typing import TypeVar
+
+import numpy as np
+
+from imitate.demonstration import span_in_words
+from imitate.formats.mapping import TIMES
+from imitate.geometry import Array
+
+T = TypeVar("T")
+ASTRAY = 1.0
+"""s by which a stamp leaves those before and after it, to be no moment of theirs."""
+STEPS_ASTRAY = 3.0
+"""times the step before; and by so much."""
+AHEAD = 8
+"""stamps that are looked at to tell one that is off from a clock that was set: at most three of them are off."""
+LONG_GAP = 2.0
+"""s between two samples, and ten times their usual step, from which on a gap is worth a word."""
+_EPOCH = (1e8, 1e10)
+"""s since 1970 between which people record: 1973 to 2286."""
+
+
+def epoch_unit(ticks: Array) -> str | None:
+    """The unit (`mapping.TIMES`) in which times (N,) count since 1970; None where they do not."""
+    middle = float(np.nanmedian(ticks))
+    return next((unit for unit, s in TIMES.items() if _EPOCH[0] <= middle * s < _EPOCH[1]), None)
+
+
+def faster_unit(step: float) -> str:
+    """The unit in which ``step`` ticks between two frames make a usual rate."""
+    return next((unit for unit in ("ms", "us") if step * TIMES[unit] < 1), "ns")
+
+
+def on_one_clock(
+    samples: Iterable[T], time: Callable[[T], float], astray: Callable[[T], None], second: float = 1.0
+) -> Iterator[T]:
+    """The samples but for single ones whose stamps leave those before and after them, as they stream past.
+
+    A stamp is off where it differs from the one before by more than `ASTRAY`, and most of those that follow
+    go on from the one before. A clock that is set, or a pause, goes on from the new stamp, and is left.
+
+    Args:
+        samples: in the order in which they were taken; a few are read ahead.
+        time: of a sample.
+        astray: hears of those left out.
+        second: in the unit of ``time``.
+    """
+    source, ahead = iter(samples), deque[T]()
+    before: float | None = None
+    step = 0.0
+    while True:
+        ahead.extend(islice(source, AHEAD + 1 - len(ahead)))
+        if not ahead:
+            return
+        one = ahead.popleft()
+        now, far = time(one), max(ASTRAY * second, STEPS_ASTRAY * step)
+        if before is None and len(ahead) > 1 and abs(time(ahead[1]) - time(ahead[0])) <= far:
+            before = time(ahead[0])  # the first is off where the next two lie together elsewhere
+        if before is not None and abs(now - before) > far and _goes_on(before, now, [*map(time, ahead)], step):
+            astray(one)
+            continue
+        step, before = 0.0 if before is None else abs(now - before), now
+        yield one
+
+
+def _goes_on(before: float, now: float, after: Sequence[float], step: float) -> bool:
+    """Whether what comes ``after`` goes on from the stamp before; the last one of many is not believed."""
+    if not after:
+        return step > 0
+    middle = median(after)
+    return abs(middle - before) < abs(middle - now)
+
+
+def astray_in_words(what: str, times: Sequence[float], of: int, origin: float) -> str:
+    """What is left out by `on_one_clock`, for a note.
+
+    Args:
+        what: are stamped, plural.
+        times: s, of those left out.
+        of: how many there were.
+        origin: s, from which times are told.
+    """
+    off = times[0] - origin
+    where = f"{span_in_words(abs(off))} {'after' if off >= 0 else 'before'} the first"
+    each = "the first of them" if len(times) > 1 else "it is stamped"
+    return f"{len(times)} of {of} {what} left out, stamped off those around: {each} {where}"
+
+
+def gaps_in_words(t: Array) -> list[str]:
+    """Gaps in times (T,) seconds, increasing, that are worth a word: the longest, and how many there are."""
+    steps = np.diff(t)
+    long = steps > max(LONG_GAP, 10 * float(np.median(steps)))
+    if not long.any():
+        return []
+    k = int(np.argmax(steps))
+    others = f", the longest of {int(long.sum())} such gaps" if long.sum() > 1 else ""
+    return [f"{span_in_words(steps[k])} pass without a frame, from {t[k] - t[0]:.6g} s on{others}; filled in straight"]
