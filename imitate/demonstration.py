@@ -16,7 +16,7 @@ TABLE = "table"
 FAR = 1e8
 """m, beyond anything on earth: such a number is damage, and its square may not be one any more."""
 LONGEST_GAP = 60.0
-"""s from a frame to the next: beyond, nothing is known of the motion, and nobody waits for it to be repeated."""
+"""s from a frame to the next: beyond, nothing is known of the motion, and nobody waits for it."""
 LONGEST = 3600.0
 """s from the first frame to the last: whatever goes through time in even steps stays bounded."""
 
@@ -29,7 +29,8 @@ class Demonstration:
     towards the fingertips. Where a body was not seen, its pose is seven NaN.
 
     Attributes:
-        t: (T,) seconds, strictly increasing; irregular steps are normal, up to `LONGEST_GAP`, in all `LONGEST`.
+        t: (T,) seconds, strictly increasing, in steps of `LONGEST_GAP` at most that need not be equal, up to
+            `LONGEST` in all.
         hand: (T, 7) poses in the demonstration's frame, z up; quaternions off length one by less than 1 %
             are scaled to it.
         objects: (T, K, 7) poses in the same frame.
@@ -170,13 +171,13 @@ def _check_times(t: Array) -> None:
     if steps.max() > LONGEST_GAP:
         k = int(np.argmax(steps))
         raise DemonstrationError(
-            f"t: {span_in_words(steps[k])} pass without a frame, from {t[k] - t[0]:.6g} s after the first one (frame "
-            f"{k}); expected {LONGEST_GAP:g} s at most. Keep what lies before or after."
+            f"t: {span_in_words(steps[k])} pass without a frame, from {t[k] - t[0]:.6g} s after the first "
+            f"(frame {k}); expected {LONGEST_GAP:g} s at most. Keep what lies before or after."
         )
     if t[-1] - t[0] > LONGEST:
         raise DemonstrationError(
-            f"t: lasts {span_in_words(t[-1] - t[0])}; expected {span_in_words(LONGEST)} at most. Keep the part that shows "
-            "the task."
+            f"t: lasts {span_in_words(t[-1] - t[0])}; expected {span_in_words(LONGEST)} at most. Keep the "
+            "part that shows the task."
         )
 
 
@@ -184,7 +185,11 @@ def span_in_words(seconds: float) -> str:
     """A span of time in the largest unit of which there are two: "95 s", "26 hours", "19,676 days"."""
     for unit, length in (("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):
         if seconds >= 2 * length:
-            return f"{seconds / length:,.4g} {unit}" if seconds < 1e4 * length else f"{seconds / length:,.0f} {unit}"
+            return (
+                f"{seconds / length:,.4g} {unit}"
+                if seconds < 1e4 * length
+                else f"{seconds / length:,.0f} {unit}"
+            )
     return f"{seconds:.4g} s"
 
 

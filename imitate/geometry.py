@@ -105,7 +105,7 @@ def normalised(poses: ArrayLike) -> Array:
 
 
 def nearly_normalised(poses: ArrayLike) -> Array:
-    """Poses (..., 7) with the quaternions that are nearly of length one scaled to it, and others as they are."""
+    """Poses (..., 7), their quaternions of nearly length one scaled to it, and others as they are."""
     given = np.asarray(poses, float)
     with np.errstate(over="ignore"):
         off = np.abs(np.linalg.norm(given[..., 3:], axis=-1) - 1)

@@ -10,19 +10,25 @@ from typing import TypeVar
 
 import numpy as np
 
-from imitate.demonstration import span_in_words
+from imitate.demonstration import LONGEST_GAP, span_in_words
 from imitate.formats.mapping import TIMES
 from imitate.geometry import Array
 
 T = TypeVar("T")
+Both = tuple[int, int]
+"""ns of a message: its own stamp, 0 where it has none, and when it was logged."""
+SECOND = 10**9
+"""ns."""
 ASTRAY = 1.0
 """s by which a stamp leaves those before and after it, to be no moment of theirs."""
 STEPS_ASTRAY = 3.0
 """times the step before; and by so much."""
 AHEAD = 8
-"""stamps that are looked at to tell one that is off from a clock that was set: at most three of them are off."""
+"""stamps that are looked at to tell one that is off from a clock that was set; three of them may be off."""
 LONG_GAP = 2.0
 """s between two samples, and ten times their usual step, from which on a gap is worth a word."""
+NAMES = {"s": "seconds", "ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}
+"""of the units of `mapping.TIMES`."""
 _EPOCH = (1e8, 1e10)
 """s since 1970 between which people record: 1973 to 2286."""
 
@@ -63,7 +69,11 @@ def on_one_clock(
         now, far = time(one), max(ASTRAY * second, STEPS_ASTRAY * step)
         if before is None and len(ahead) > 1 and abs(time(ahead[1]) - time(ahead[0])) <= far:
             before = time(ahead[0])  # the first is off where the next two lie together elsewhere
-        if before is not None and abs(now - before) > far and _goes_on(before, now, [*map(time, ahead)], step):
+        if (
+            before is not None
+            and abs(now - before) > far
+            and _goes_on(before, now, [*map(time, ahead)], step)
+        ):
             astray(one)
             continue
         step, before = 0.0 if before is None else abs(now - before), now
@@ -78,19 +88,43 @@ def _goes_on(before: float, now: float, after: Sequence[float], step: float) -> 
     return abs(middle - before) < abs(middle - now)
 
 
-def astray_in_words(what: str, times: Sequence[float], of: int, origin: float) -> str:
-    """What is left out by `on_one_clock`, for a note.
+def whose_clock(streams: dict[str, Sequence[Both]], notes: list[str]) -> int:
+    """Which of the two times holds for all streams: 0 their stamps, 1 the log's.
+
+    The stamps, unless those of a stream are missing or of another clock than another's.
 
     Args:
-        what: are stamped, plural.
-        times: s, of those left out.
-        of: how many there were.
-        origin: s, from which times are told.
+        streams: topic → times of its messages, or of the first of them.
+        notes: gets why it is the log's.
     """
-    off = times[0] - origin
-    where = f"{span_in_words(abs(off))} {'after' if off >= 0 else 'before'} the first"
-    each = "the first of them" if len(times) > 1 else "it is stamped"
-    return f"{len(times)} of {of} {what} left out, stamped off those around: {each} {where}"
+    without = [topic for topic, times in streams.items() if unstamped(times)]
+    why = ""
+    if without:
+        why = f"{', '.join(without)} {'has' if len(without) == 1 else 'have'} no stamps"
+    else:
+        own, logged = (_apart(streams, clock) for clock in (0, 1))
+        if own > LONGEST_GAP > logged:
+            why = f"{', '.join(streams)} are stamped by two clocks, {span_in_words(own)} apart"
+    if why:
+        note = f"{why}: the log's times are used"
+        notes += [note] if note not in notes else []
+    return 1 if why else 0
+
+
+def unstamped(times: Sequence[Both]) -> bool:
+    """Whether most of the messages have no stamps; a simulation's clock may start at 0."""
+    return bool(times) and 2 * sum(stamp != 0 for stamp, _ in times) <= len(times)
+
+
+def _apart(streams: dict[str, Sequence[Both]], clock: int) -> float:
+    middles = [median(times[clock] for times in stream) for stream in streams.values() if stream]
+    return (max(middles) - min(middles)) / SECOND if middles else 0.0
+
+
+def astray_note(what: str, astray: int, of: int, where: str = "") -> str:
+    """What `on_one_clock` left out, in words; ``what`` are stamped, plural."""
+    off = f"stamped more than {ASTRAY:g} s off those before and after"
+    return f"{astray} of {of} {what} {'are' if astray > 1 else 'is'} left out: {off}{where}"
 
 
 def gaps_in_words(t: Array) -> list[str]:
@@ -101,4 +135,5 @@ def gaps_in_words(t: Array) -> list[str]:
         return []
     k = int(np.argmax(steps))
     others = f", the longest of {int(long.sum())} such gaps" if long.sum() > 1 else ""
-    return [f"{span_in_words(steps[k])} pass without a frame, from {t[k] - t[0]:.6g} s on{others}; filled in straight"]
+    where = f"from {t[k] - t[0]:.6g} s on{others}"
+    return [f"{span_in_words(steps[k])} pass without a frame, {where}: filled in straight"]

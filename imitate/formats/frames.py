@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import heapq
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,14 +13,20 @@ from numpy.typing import NDArray
 
 from imitate.errors import FileError
 from imitate.formats.camera_messages import Picture
+from imitate.formats.clock import astray_note
 from imitate.formats.distances import check_distances, to_metres
 from imitate.formats.pairing import COLOUR, DEPTH, Stamped, Tally, paired
+from imitate.formats.picture_times import steady
 from imitate.formats.pictures import Pixels, is_depth
 from imitate.formats.registration import Registration
 from imitate.rgbd import RgbdFrame
 
+MUCH_LEFT_OUT = 0.1
+"""share of a recording's frames from which on what is left out counts as a loss."""
 MILLIMETRE = 0.001
 """m of one step of an integer depth in ROS (REP 118) and Foxglove."""
+
+Pictures = Iterator[Stamped[Picture]]
 
 
 @dataclass(frozen=True)
@@ -44,15 +51,24 @@ class Streams:
     unit_given: bool = False
     within: float = 0.04
 
-    def frames(self, pictures: Iterable[Stamped[Picture]], tally: Tally) -> Iterator[RgbdFrame]:
+    def frames(
+        self, colours: Pictures, depths: Pictures, tally: Tally, notes: list[str]
+    ) -> Iterator[RgbdFrame]:
         """Every pair as a frame, t in seconds from the first depth picture of a pair.
+
+        Args:
+            colours, depths: the pictures, in nearly the order in which they were taken.
+            tally: counts what is read.
+            notes: gets what was left out, at the end.
 
         Raises:
             FileError: nothing pairs, a picture cannot be decoded or is of another size than its
-                calibration, no depth is read, or depths cannot be metres.
+                calibration, no depth is read, depths cannot be metres, or a clock was set.
         """
         first: int | None = None
         checked = self.unit_given
+        kept = (self._steady(COLOUR, colours, tally), self._steady(DEPTH, depths, tally))
+        pictures = heapq.merge(*kept, key=lambda one: one.time)
         for colour, depth in paired(pictures, round(self.within * 1e9), tally):
             metres = self._metres(depth.held)
             first = depth.time if first is None else first
@@ -70,6 +86,24 @@ class Streams:
                 self.path,
                 f"{self.depth} has no reading in any picture: every depth is 0",
                 "Check the depth camera, or name another topic with --depth-topic.",
+            )
+        notes += [note for note in self._left_out(tally) if note not in notes]
+
+    def _steady(self, kind: int, pictures: Pictures, tally: Tally) -> Iterator[Stamped[Picture]]:
+        def astray(_: Stamped[Picture]) -> None:
+            tally.astray[kind] += 1
+
+        return steady(self.path, (self.colour, self.depth)[kind], pictures, lambda one: one.time, astray)
+
+    def _left_out(self, tally: Tally) -> Iterator[str]:
+        for stream, seen, astray in zip((self.colour, self.depth), tally.seen, tally.astray, strict=True):
+            if astray:
+                yield astray_note(f"pictures of {stream}", astray, seen + astray)
+        alone = sum(tally.seen) - 2 * tally.paired
+        if alone > MUCH_LEFT_OUT * sum(tally.seen):
+            yield (
+                f"{alone} of {sum(tally.seen)} pictures are left out: no other within {self.within:g} s "
+                "(--pair-within)"
             )
 
     def _colour(self, picture: Picture) -> NDArray[np.uint8]:

@@ -11,7 +11,15 @@ from numpy.typing import NDArray
 
 from imitate.demonstration import LONGEST_GAP, span_in_words
 from imitate.errors import FileError
-from imitate.formats.clock import ASTRAY, astray_in_words, epoch_unit, faster_unit, gaps_in_words, on_one_clock
+from imitate.formats.clock import (
+    ASTRAY,
+    NAMES,
+    astray_note,
+    epoch_unit,
+    faster_unit,
+    gaps_in_words,
+    on_one_clock,
+)
 from imitate.formats.mapping import TIMES, Mapping
 from imitate.geometry import Array
 
@@ -21,7 +29,6 @@ SLOW = 5.0
 """s between frames from which on times are in another unit, unless a mapping says that they are not; of whole
 numbers, 1 s."""
 _MAPPING = "in a mapping (--mapping FILE.toml)"
-_NAMES = {"s": "seconds", "ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}
 _SHORTEST = 10
 """rows that a part of a table has on average, where its times go back because it has several."""
 
@@ -50,7 +57,7 @@ def frames_in_time(
     off: list[int] = []
     kept = list(on_one_clock(range(len(t)), t.__getitem__, off.append))
     if off:
-        notes.append(astray_in_words("frames are", [t[k] for k in off], len(t), t[kept[0]]))
+        notes.append(astray_note("frames", len(off), len(t), f" (frame {off[0]}, at {t[off[0]]:.12g} s)"))
     part = kept if episodes is not None else _part(path, t, kept, mapping.episode)
     notes += gaps_in_words(t[part])
     return t[part], rows[part]
@@ -77,7 +84,11 @@ def chosen_episode(path: Path, held: Collection[float], wanted: int | None) -> f
     if wanted is None and len(numbers) == 1:
         return numbers[0]
     if wanted is None or wanted not in numbers:
-        problem = f"holds {len(numbers)} episodes, {numbers[0]:g} to {numbers[-1]:g}" if numbers else "holds no episodes"
+        problem = (
+            f"holds {len(numbers)} episodes, {numbers[0]:g} to {numbers[-1]:g}"
+            if numbers
+            else "holds no episodes"
+        )
         raise FileError(
             path,
             problem + (f", and none of them is {wanted}" if wanted is not None else ""),
@@ -93,7 +104,9 @@ def _seconds(path: Path, ticks: Array, said: str | None, notes: list[str]) -> Ar
     if unit == "s":
         return ticks
     if unit is not None:
-        notes.append(f"its times are {_NAMES[unit]} since 1970, and read as such (time_unit {_MAPPING} says otherwise)")
+        notes.append(
+            f"its times are {NAMES[unit]} since 1970, and read as such (time_unit {_MAPPING} says otherwise)"
+        )
         return np.asarray((ticks - ticks[0]) * TIMES[unit])
     step = float(np.median(np.abs(np.diff(ticks))))
     whole = step >= 1 and bool((ticks == np.round(ticks)).all())
@@ -102,9 +115,9 @@ def _seconds(path: Path, ticks: Array, said: str | None, notes: list[str]) -> Ar
         counted = "; rate = 30.0 and no column of times, if they count frames" if whole and step == 1 else ""
         raise FileError(
             path,
-            f"has times that are no seconds of a demonstration: {len(ticks)} of them, {step:g} apart in the middle",
-            f'Say their unit {_MAPPING}: time_unit = "{other}", if they are {_NAMES[other]}{counted}; or "s", if '
-            "they are seconds after all.",
+            f"has times that are no seconds of a demonstration: {len(ticks)} of them, usually {step:g} apart",
+            f'Say their unit {_MAPPING}: time_unit = "{other}", if they are {NAMES[other]}{counted}; or "s", '
+            "if they are seconds after all.",
         )
     return ticks
 
@@ -118,7 +131,7 @@ def _part(path: Path, t: Array, kept: list[int], wanted: int | None) -> list[int
     parts = np.split(np.array(kept), jumps + 1)
     if wanted is None and len(parts) > 1:
         raise _jumps(path, t, parts)
-    return parts[int(chosen_episode(path, range(len(parts)), wanted))].tolist()
+    return [int(k) for k in parts[int(chosen_episode(path, range(len(parts)), wanted))]]
 
 
 def _jumps(path: Path, t: Array, parts: list[NDArray[np.int_]]) -> FileError:
@@ -132,7 +145,7 @@ def _jumps(path: Path, t: Array, parts: list[NDArray[np.int_]]) -> FileError:
     way = "go back" if t[after] < t[before] else "jump"
     return FileError(
         path,
-        f"has times that {way} by {span_in_words(abs(t[after] - t[before]))} {where}: its clock was set, or it goes "
-        "on another time",
+        f"has times that {way} by {span_in_words(abs(t[after] - t[before]))} {where}: its clock was set, "
+        "or it goes on another time",
         remedy,
     )

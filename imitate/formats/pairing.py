@@ -33,6 +33,7 @@ class Tally:
         spans: ns, first and last stamp of each, (colour, depth), where any came.
         paired: how many pairs.
         late: how many came too late, or with the stamp of another.
+        astray: how many had stamps off their clock, (colour, depth); they are not among those seen.
         nearest: ns between the nearest colour and depth, as long as none were paired.
     """
 
@@ -40,7 +41,14 @@ class Tally:
     spans: dict[int, tuple[int, int]] = field(default_factory=dict)
     paired: int = 0
     late: int = 0
+    astray: list[int] = field(default_factory=lambda: [0, 0])
     nearest: int | None = None
+
+    @property
+    def left_out(self) -> float:
+        """Share of the frames that could be, were each picture of the rarer kind in one, that are not."""
+        most = min(seen + astray for seen, astray in zip(self.seen, self.astray, strict=True))
+        return 1 - self.paired / most if most else 0.0
 
     def count(self, kind: int, time: int) -> None:
         """One more picture."""

@@ -38,10 +38,14 @@ class Recording(RgbdSource, Protocol):
     Attributes:
         path: of the recording.
         notes: what the operator ought to know, in words; more may come while the frames are read.
+        left_out: share of the frames that could be, were each picture in one, that are not; of those read.
     """
 
     path: Path
     notes: list[str]
+
+    @property
+    def left_out(self) -> float: ...
 
 
 def open_recording(path: Path | str, settings: Perception | None = None) -> Recording:

@@ -7,18 +7,23 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from imitate.errors import FileError
 from imitate.formats.camera_messages import Calibration, CameraReader
+from imitate.formats.clock import Both, astray_note, whose_clock
 from imitate.formats.distances import check_distances
 from imitate.formats.frames import damaged
 from imitate.formats.kind import CLOUDS
 from imitate.formats.mcap_contents import Contents
 from imitate.formats.mcap_file import McapReader, RawMessage
 from imitate.formats.organised import fitted_intrinsics
+from imitate.formats.picture_times import peeked, steady
 from imitate.rgbd import Intrinsics, RgbdFrame
 from imitate.settings import Perception
 
+_Read = tuple[Both, NDArray[np.uint8], NDArray[np.float32]]
+"""when a cloud was taken, its colour and its depth."""
 _REMEDY = "Record colour and depth pictures; or write one cloud as a PCD or PLY file, and observe that."
 
 
@@ -29,7 +34,8 @@ class CloudRecording:
     Attributes:
         unit: metres of 1.0 in a point.
         salvage: whether damage is put up with.
-        notes: what the operator ought to know, in words.
+        notes: what the operator ought to know, in words; more may come while the frames are read.
+        left_out: share of the clouds that are no frames, once they are read.
     """
 
     path: Path
@@ -39,6 +45,7 @@ class CloudRecording:
     unit: float
     salvage: bool
     notes: list[str] = field(default_factory=list)
+    left_out: float = 0.0
 
     def frames(self) -> Iterator[RgbdFrame]:
         """Every cloud as a frame, read as it is asked for; t in seconds from the first.
@@ -46,20 +53,37 @@ class CloudRecording:
         Raises:
             FileError: a cloud without colour or not ordered as the first is, or damage that shows only now.
         """
-        reader, camera = McapReader(self.path), CameraReader(self.path)
-        shape = (self.intrinsics.height, self.intrinsics.width)
-        first, last = None, -1
+        reader, off, shown = McapReader(self.path), list[Both](), 0
+        first, clouds = peeked(self._read(reader))
+        clock = whose_clock({self.topic: [times for times, _, _ in first]}, self.notes)
+        kept = steady(
+            self.path, self.topic, clouds, lambda one: one[0][clock], lambda one: off.append(one[0])
+        )
+        begin, last = 0, None
+        for times, colour, depth in kept:
+            if last is not None and times[clock] <= last:
+                off.append(times)
+                continue
+            last = times[clock]
+            begin, shown = begin if shown else last, shown + 1
+            yield RgbdFrame((last - begin) / 1e9, colour, depth)
+        if reader.damage and not self.salvage:
+            raise damaged(self.path, reader.damage[0])
+        self.left_out = len(off) / max(1, len(off) + shown)
+        if (
+            off
+            and (note := astray_note(f"clouds of {self.topic}", len(off), len(off) + shown)) not in self.notes
+        ):
+            self.notes.append(note)
+
+    def _read(self, reader: McapReader) -> Iterator[_Read]:
+        camera, shape = CameraReader(self.path), (self.intrinsics.height, self.intrinsics.width)
         for message in reader.messages({self.topic}):
             cloud = camera.cloud(message, shape)
             if cloud is None or cloud.points.shape[:2] != shape or cloud.colour is None:
                 raise _unordered(self.path, message)
-            time = cloud.time or message.time
-            if time > last:
-                first, last = time if first is None else first, time
-                depth = np.nan_to_num(cloud.points[..., 2] * self.unit, nan=0, posinf=0, neginf=0)
-                yield RgbdFrame((time - first) / 1e9, cloud.colour, np.maximum(depth, 0))
-        if reader.damage and not self.salvage:
-            raise damaged(self.path, reader.damage[0])
+            depth = np.nan_to_num(cloud.points[..., 2] * self.unit, nan=0, posinf=0, neginf=0)
+            yield (cloud.time, message.time), cloud.colour, np.maximum(depth, 0)
 
 
 def open_clouds(
@@ -93,7 +117,13 @@ def open_clouds(
             z = points[..., 2]
             check_distances(path, message.topic, z[z > 0], unit)
         count = inside.topics[message.topic][1]
-        return CloudRecording(path, message.topic, intrinsics, count, unit, settings.salvage)
+        others = sorted(topics - {message.topic})
+        notes = (
+            [f"clouds are taken from {message.topic}, not from {', '.join(others)} (--depth-topic)"]
+            if others
+            else []
+        )
+        return CloudRecording(path, message.topic, intrinsics, count, unit, settings.salvage, notes)
     if refused is not None:
         raise refused
     return None

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import heapq
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from itertools import chain, islice
 from pathlib import Path
 
 from imitate.errors import FileError
 from imitate.formats.camera_messages import CALIBRATIONS, TRANSFORMS, CameraReader, Picture
+from imitate.formats.clock import whose_clock
 from imitate.formats.frames import MILLIMETRE, Streams, damaged, undecodable
 from imitate.formats.kind import METADATA, PICTURES
 from imitate.formats.mcap_contents import Contents, contents
 from imitate.formats.mcap_file import McapReader, RawMessage
 from imitate.formats.pairing import COLOUR, DEPTH, Stamped, Tally
+from imitate.formats.picture_times import peeked
 from imitate.formats.pictures import is_depth
 from imitate.formats.rgbd_clouds import CloudRecording, open_clouds
 from imitate.formats.rgbd_topics import Found, Seen
@@ -31,6 +31,7 @@ class McapRecording:
     Attributes:
         colour, depth: topics.
         notes: what the operator ought to know, in words; more may come while the frames are read.
+        tally: what became of the pictures when they were last read.
     """
 
     path: Path
@@ -40,6 +41,12 @@ class McapRecording:
     streams: Streams
     salvage: bool
     notes: list[str] = field(default_factory=list)
+    tally: Tally = field(default_factory=Tally)
+
+    @property
+    def left_out(self) -> float:
+        """Share of the frames that could be that are not, once they are read."""
+        return self.tally.left_out
 
     @property
     def intrinsics(self) -> Intrinsics:
@@ -52,29 +59,25 @@ class McapRecording:
         Raises:
             FileError: as `Streams.frames`; or damage that shows only now, unless it is to be salvaged.
         """
-        readers, tally = (McapReader(self.path), McapReader(self.path)), Tally()
+        self.tally = Tally()
         # each topic by a reader of its own, which costs 1.4 ms a frame and serves files written by topic
-        kinds = ((COLOUR, self.colour), (DEPTH, self.depth))
-        streams = (self._stamped(reader, *kind) for reader, kind in zip(readers, kinds, strict=True))
-        merged = heapq.merge(*streams, key=lambda one: one.time)
-        yield from self.streams.frames(merged, tally)
+        readers = (McapReader(self.path), McapReader(self.path))
+        topics, camera = (self.colour, self.depth), CameraReader(self.path)
+        read = (
+            ((camera.picture(message), message.time) for message in reader.messages({topic}))
+            for reader, topic in zip(readers, topics, strict=True)
+        )
+        (first, colours), (other, depths) = map(peeked, read)
+        firsts = [[(picture.time, logged) for picture, logged in one] for one in (first, other)]
+        clock = whose_clock(dict(zip(topics, firsts, strict=True)), self.notes)
+        streams = _stamped(COLOUR, colours, clock), _stamped(DEPTH, depths, clock)
+        yield from self.streams.frames(*streams, self.tally, self.notes)
         if (damage := readers[0].damage + readers[1].damage) and not self.salvage:
             raise damaged(self.path, damage[0])
-        alone = sum(tally.seen) - 2 * tally.paired
-        if alone > 0.1 * sum(tally.seen):
-            self.notes.append(
-                f"{alone} of {sum(tally.seen)} pictures are left out: no other within "
-                f"{self.streams.within:g} s (--pair-within)"
-            )
 
-    def _stamped(self, reader: McapReader, kind: int, topic: str) -> Iterator[Stamped[Picture]]:
-        camera = CameraReader(self.path)
-        messages = reader.messages({topic})
-        first = [(message.time, camera.picture(message)) for message in islice(messages, 2)]
-        stamped = any(picture.time for _, picture in first)  # a simulation's clock may start at 0
-        rest = ((message.time, camera.picture(message)) for message in messages)
-        for logged, picture in chain(first, rest):
-            yield Stamped(kind, picture.time if stamped else logged, picture)
+
+def _stamped(kind: int, pictures: Iterator[tuple[Picture, int]], clock: int) -> Iterator[Stamped[Picture]]:
+    return (Stamped(kind, (picture.time, logged)[clock], picture) for picture, logged in pictures)
 
 
 def open_mcap(path: Path, settings: Perception) -> McapRecording | CloudRecording:

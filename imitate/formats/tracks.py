@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 import numpy as np
@@ -18,120 +19,105 @@ from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from google.protobuf.message import DecodeError
-from numpy.typing import NDArray
 
+from imitate.demonstration import LONGEST_GAP
 from imitate.errors import FileError
+from imitate.formats.clock import ASTRAY, SECOND, Both, on_one_clock, unstamped
 from imitate.formats.mcap_file import McapReader, RawMessage
 from imitate.formats.opening import is_opening
 from imitate.formats.ros2 import Ros2Decoder
-from imitate.geometry import Array, compose, nearly_normalised, relative, resample
+from imitate.formats.track import Track, Tracks
+from imitate.geometry import nearly_normalised
 
-GAP = 5.0
-"""times a track's usual step; what lies between samples further apart was not seen."""
-SHORTEST_GAP = 0.2
-"""s; and no shorter than this."""
-
-Times = NDArray[np.int64]
+Key = tuple[str, str]
+"""whether a topic, a frame or a number, and its name."""
+Sample = tuple[int, int, list[float]]
+"""ns of its stamp, 0 where it has none, ns of the log, and a pose."""
 _ROS2 = Ros2Decoder()
 
 
 @dataclass(frozen=True)
-class Track:
-    """Poses of one body over time.
+class Samples:
+    """Every pose and number of a file, as they were written.
 
     Attributes:
-        frame: that they are given in.
-        times: (N,) nanoseconds, strictly increasing.
-        poses: (N, 7).
-        fixed: whether they hold at all times.
-    """
-
-    frame: str
-    times: Times
-    poses: Array
-    fixed: bool = False
-
-    def at(self, times: Times) -> Array:
-        """(S, 7) poses at other times: interpolated, and seven NaN in a gap or beyond the track's ends."""
-        if self.fixed or len(self.times) == 1:
-            return np.repeat(self.poses[-1:], len(times), axis=0)
-        step = float(np.median(np.diff(self.times)))
-        gap = max(GAP * step, SHORTEST_GAP * 1e9)
-        after = np.clip(np.searchsorted(self.times, times), 1, len(self.times) - 1)
-        apart = self.times[after] - self.times[after - 1]
-        beyond = np.maximum(self.times[0] - times, times - self.times[-1])
-        met = np.isin(times, self.times)
-        origin = self.times[0]
-        found = resample((self.times - origin) / 1e9, self.poses, (times - origin) / 1e9)
-        exact = self.poses[np.minimum(np.searchsorted(self.times, times), len(self.times) - 1)]
-        found[met] = exact[met]
-        found[~met & ((apart > gap) | (beyond > step))] = np.nan
-        return found
-
-
-@dataclass(frozen=True)
-class Tracks:
-    """Every track of a file.
-
-    Attributes:
-        topics: topic → track, of topics that give poses.
-        frames: frame → track in its parent frame, of transforms.
-        numbers: topic → track whose positions' x it is, of numbers that may be the hand's opening.
+        rows: of each topic of poses, frame or topic of numbers.
+        parents: the frame in which each is given.
+        fixed: those that hold at all times.
     """
 
     path: Path
-    topics: Mapping[str, Track]
-    frames: Mapping[str, Track]
-    numbers: Mapping[str, Track]
+    rows: Mapping[Key, list[Sample]]
+    parents: Mapping[Key, str]
+    fixed: frozenset[Key]
 
-    def times(self, source: Track) -> Times:
-        """Of the link with the most samples, from a track up to the root of its frames."""
-        return max((link.times for link in self._links(source)), key=len)
+    def tracks(self, clock: int, exactly: bool = False) -> Tracks:
+        """Their tracks, by their stamps (``clock`` 0) or the log's times (1).
 
-    def top(self, source: Track) -> str:
-        """The frame at the root of a track's frames."""
-        return list(self._links(source))[-1].frame
+        A topic of numbers that has no stamps, or those of another clock, is placed by the log's times all the
+        same, moved by what lies between the poses' stamps and the log.
 
-    def within(self, source: Track, root: str, times: Times) -> Array:
-        """(S, 7) a track's poses in the frame ``root``.
-
-        Raises:
-            FileError: no transform leads there.
+        Args:
+            clock: as above.
+            exactly: keep samples whose times are off those around them.
         """
-        poses, frame = source.at(times), source.frame
-        while frame != root and frame in self.frames:
-            poses, frame = compose(self.frames[frame].at(times), poses), self.frames[frame].frame
-        if frame == root:
-            return poses
-        if root in self.frames and self.top(self.frames[root]) == frame:
-            return relative(self.within(self.frames[root], frame, times), poses)
-        raise FileError(
-            self.path,
-            f"gives poses in several frames, and no transform leads from {source.frame!r} to {root!r}",
-            "Record the transforms as well, or give all in one frame.",
+        poses = [self._taken(key) for key in self.rows if key[0] != "number"]
+        behind = [stamp - logged for taken in poses for stamp, logged in taken if stamp]
+        shift = round(median(behind)) if behind and not clock else 0
+        found = {key: self._track(key, clock, shift, exactly) for key in self.rows}
+        topics, frames, numbers = (
+            {name: track for (is_a, name), track in found.items() if is_a == kind}
+            for kind in ("topic", "frame", "number")
+        )
+        return Tracks(self.path, topics, frames, numbers)
+
+    def _taken(self, key: Key) -> list[Both]:
+        return [(stamp, logged) for stamp, logged, _ in self.rows[key]]
+
+    def _track(self, key: Key, clock: int, shift: int, exactly: bool) -> Track:
+        taken = self._taken(key)
+        by_log = bool(clock) or (key[0] == "number" and _by_log(taken, shift))
+        shift = shift if by_log and abs(shift) > ASTRAY * SECOND else 0
+        timed = [(logged + shift if by_log else stamp, row) for stamp, logged, row in self.rows[key]]
+        off: list[tuple[int, list[float]]] = []
+        if not exactly:
+            in_order = [timed[k] for k in sorted(range(len(taken)), key=lambda k: taken[k][1])]
+            timed = list(on_one_clock(in_order, lambda one: one[0], off.append, SECOND))
+        rows: dict[int, list[float]] = {}
+        for time, row in timed:
+            rows.setdefault(time, row)
+        times = sorted(rows)
+        poses = nearly_normalised([rows[time] for time in times])
+        return Track(
+            self.parents[key],
+            np.array(times, np.int64),
+            poses,
+            key in self.fixed,
+            taken,
+            len(off),
+            bool(shift),
         )
 
-    def _links(self, source: Track) -> Iterator[Track]:
-        for _ in range(len(self.frames) + 1):
-            yield source
-            if source.frame not in self.frames:
-                return
-            source = self.frames[source.frame]
-        raise FileError(self.path, f"has transforms in a circle through {source.frame!r}")
+
+def _by_log(taken: list[Both], shift: int) -> bool:
+    """Whether numbers have no stamps, or those of another clock than the log's moved by ``shift`` ns."""
+    apart = median(stamp - logged - shift for stamp, logged in taken)
+    return unstamped(taken) or abs(apart) > LONGEST_GAP * SECOND
 
 
-def read_tracks(reader: McapReader, opening: str | None = None) -> Tracks:
+def read_samples(reader: McapReader, opening: str | None = None) -> Samples:
     """Goes through the whole file; its ``metadata`` and ``damage`` are known afterwards.
 
     Args:
+        reader: of the file.
         opening: the topic of the hand's opening; without it, those that are called so.
 
     Raises:
         FileError: a message that is not what its schema says.
     """
-    found: dict[tuple[str, str], dict[int, list[float]]] = {}
-    parents: dict[tuple[str, str], str] = {}
-    fixed: set[tuple[str, str]] = set()
+    found: dict[Key, list[Sample]] = {}
+    parents: dict[Key, str] = {}
+    fixed: set[Key] = set()
     for message in reader.messages():
         schema = (message.schema_name, message.encoding)
         read, kind = READERS.get(schema), "topic"
@@ -142,15 +128,10 @@ def read_tracks(reader: McapReader, opening: str | None = None) -> Tracks:
         for frame, child, time, row in _decoded(reader.path, message, read):
             key = ("frame", _plain(child)) if child else (kind, message.topic)
             _check_parent(reader.path, key, parents.setdefault(key, _plain(frame)), _plain(frame))
-            found.setdefault(key, {}).setdefault(time or message.time, row)
+            found.setdefault(key, []).append((time, message.time, row))
             if message.topic.endswith("tf_static"):
                 fixed.add(key)
-    tracks = {key: _track(parents[key], rows, key in fixed) for key, rows in found.items()}
-    topics, frames, numbers = (
-        {name: track for (is_a, name), track in tracks.items() if is_a == kind}
-        for kind in ("topic", "frame", "number")
-    )
-    return Tracks(reader.path, topics, frames, numbers)
+    return Samples(reader.path, found, parents, frozenset(fixed))
 
 
 _Row = tuple[str, str, int, list[float]]  # frame, child frame, nanoseconds, pose
@@ -171,12 +152,6 @@ def _check_parent(path: Path, key: tuple[str, str], known: str, parent: str) -> 
             f"gives {' '.join(key)} in several frames: {known!r} and {parent!r}",
             "A frame has one parent; a topic gives poses in one frame.",
         )
-
-
-def _track(frame: str, rows: dict[int, list[float]], fixed: bool) -> Track:
-    times = sorted(rows)
-    poses = nearly_normalised([rows[time] for time in times])
-    return Track(frame, np.array(times, np.int64), poses, fixed)
 
 
 def _plain(frame: str) -> str:
@@ -231,7 +206,7 @@ def _ros2_number(message: RawMessage) -> Iterator[_Row]:
     stamped = hasattr(m, "position")  # joints, with a header
     values = m.position if stamped else np.atleast_1d(m.data)
     number = float(values[0]) if len(values) == 1 else float(np.abs(np.asarray(values)).sum())
-    yield "", "", _stamp(m.header) if stamped else message.time, [number, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
+    yield "", "", _stamp(m.header) if stamped else 0, [number, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
 
 
 def _stamped(m: Any) -> _Row:

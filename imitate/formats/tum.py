@@ -7,17 +7,21 @@ registered to colour; a line of a list is a time in seconds and a file.
 
 from __future__ import annotations
 
-import heapq
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from decimal import Decimal, InvalidOperation
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
+
+import numpy as np
 
 from imitate.errors import FileError
 from imitate.formats import pictures
 from imitate.formats.camera_messages import Picture
+from imitate.formats.clock import NAMES, epoch_unit
 from imitate.formats.frames import Streams
+from imitate.formats.mapping import TIMES
 from imitate.formats.pairing import COLOUR, DEPTH, Stamped, Tally
 from imitate.formats.registration import Registration
 from imitate.formats.rgbd_topics import lens_of
@@ -30,6 +34,9 @@ LISTS = ("rgb.txt", "depth.txt")
 CALIBRATIONS = ("calibration.txt", "camera.txt", "intrinsics.txt")
 """files that may hold fx fy cx cy and any distortion k1 k2 p1 p2 k3, or the 3×3 matrix of the camera."""
 
+UNORDERED = 0.1
+"""share of a list's lines that go back in time from which on it is in no order, and is sorted."""
+
 Line = tuple[int, Path]
 
 
@@ -38,14 +45,21 @@ class TumFolder:
     """A folder, opened.
 
     Attributes:
-        lists: nanoseconds and file of each picture, colour and depth, in order of time.
-        notes: what the operator ought to know, in words.
+        lists: nanoseconds and file of each picture, colour and depth.
+        notes: what the operator ought to know, in words; more may come while the frames are read.
+        tally: what became of the pictures when they were last read.
     """
 
     path: Path
     lists: tuple[list[Line], list[Line]]
     streams: Streams
     notes: list[str] = field(default_factory=list)
+    tally: Tally = field(default_factory=Tally)
+
+    @property
+    def left_out(self) -> float:
+        """Share of the frames that could be that are not, once they are read."""
+        return self.tally.left_out
 
     @property
     def intrinsics(self) -> Intrinsics:
@@ -63,9 +77,9 @@ class TumFolder:
         Raises:
             FileError: as `Streams.frames`, or a file that is listed and missing.
         """
-        streams = map(_stamped, (COLOUR, DEPTH), self.lists)
-        merged = heapq.merge(*streams, key=lambda one: one.time)
-        yield from self.streams.frames(merged, Tally())
+        self.tally = Tally()
+        colours, depths = (_stamped(kind, self.lists[kind]) for kind in (COLOUR, DEPTH))
+        yield from self.streams.frames(colours, depths, self.tally, self.notes)
 
 
 def open_tum(path: Path, settings: Perception) -> TumFolder:
@@ -74,7 +88,8 @@ def open_tum(path: Path, settings: Perception) -> TumFolder:
     Raises:
         FileError: a list is missing, empty or cannot be understood, or nothing calibrates the camera.
     """
-    colours, depths = (_listed(path, name) for name in LISTS)
+    notes: list[str] = []
+    colours, depths = (_listed(path, name, notes) for name in LISTS)
     first = _picture(colours[0][1], 0).decode()
     if first is None:
         raise FileError(colours[0][1], "is no picture", f"It is the first that {path / LISTS[0]} lists.")
@@ -89,7 +104,7 @@ def open_tum(path: Path, settings: Perception) -> TumFolder:
         unit_given=bool(unit),
         within=settings.pair_within,
     )
-    return TumFolder(path, (colours, depths), streams)
+    return TumFolder(path, (colours, depths), streams, notes)
 
 
 def _stamped(kind: int, lines: list[Line]) -> Iterator[Stamped[Picture]]:
@@ -107,7 +122,7 @@ def _decoded(file: Path) -> pictures.Pixels | None:
         raise FileError(file, f"is listed but cannot be read ({error.strerror})", "Copy it again.") from None
 
 
-def _listed(path: Path, name: str) -> list[Line]:
+def _listed(path: Path, name: str, notes: list[str]) -> list[Line]:
     remedy = "A line is a time in seconds and a file: 1305031102.175304 rgb/1305031102.175304.png"
     try:
         text = (path / name).read_text(encoding="utf-8")
@@ -119,12 +134,27 @@ def _listed(path: Path, name: str) -> list[Line]:
         if not words:
             continue
         try:
-            lines.append((int(Decimal(words[0]) * 10**9), path / words[1]))
+            ticks = Decimal(words[0])
+            int(ticks)  # raises where it is no number
+            lines.append((ticks, path / words[1]))
         except (InvalidOperation, IndexError, ValueError, OverflowError):
             raise FileError(path / name, f"line {number} is {line.strip()!r}", remedy) from None
     if not lines:
         raise FileError(path / name, "lists no picture", remedy)
-    return sorted(lines)
+    return _in_order(_in_nanoseconds(name, lines, notes))
+
+
+def _in_nanoseconds(name: str, lines: list[tuple[Decimal, Path]], notes: list[str]) -> list[Line]:
+    unit = epoch_unit(np.array([float(ticks) for ticks, _ in lines])) or "s"
+    if unit != "s":
+        notes.append(f"{name} has times in {NAMES[unit]} since 1970, and is read as such")
+    return [(int(ticks * round(TIMES[unit] * 1e9)), file) for ticks, file in lines]
+
+
+def _in_order(lines: list[Line]) -> list[Line]:
+    """As they are where nearly all are in order, so that one that is off is seen; else by their times."""
+    back = sum(later < earlier for (earlier, _), (later, _) in pairwise(lines))
+    return sorted(lines) if back > UNORDERED * len(lines) else lines
 
 
 def _calibration(path: Path) -> tuple[float, ...]:
