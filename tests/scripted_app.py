@@ -279,7 +279,7 @@ def scripted_app(
     engine = Engine(
         kind_of=kind_of,  # type: ignore[arg-type]
         look=look,
-        read=lambda _path: scripted.demonstration(),
+        read=lambda _path, _notes: scripted.demonstration(),
         cut=lambda _demonstration, _settings: scripted.segments(),
         decide=decide,
         changes=changes,

@@ -27,9 +27,10 @@ def info(
 ) -> None:
     """Say what is inside a file.
 
-    Exit code 3 says that it is damaged.
+    Exit code 3 says that it is damaged, or that more than a tenth of a recording's frames are missing.
     """
     from imitate.errors import FileError
+    from imitate.formats.frames import MUCH_LEFT_OUT
     from imitate.formats.kind import kind_of
     from imitate.formats.mcap_contents import contents
 
@@ -55,7 +56,7 @@ def info(
     elif found["kind"] == "cloud":
         found |= _cloud(file)
     console.write_json(found) if as_json else _show(found)
-    if found.get("damage"):
+    if found.get("damage") or found.get("left_out", 0.0) > MUCH_LEFT_OUT:
         raise typer.Exit(console.Exit.LOSSY)
 
 
@@ -99,7 +100,8 @@ def _demonstration(file: Path) -> dict[str, Any]:
 
     from imitate.formats.demonstrations import read_demonstration
 
-    shown = read_demonstration(file)
+    notes: list[str] = []
+    shown = read_demonstration(file, notes=notes)
     sizes = [None if np.isnan(size).any() else size.tolist() for size in shown.object_sizes]
     seen = shown.opening[~np.isnan(shown.opening)] if shown.opening is not None else np.zeros(0)
     return {
@@ -109,6 +111,7 @@ def _demonstration(file: Path) -> dict[str, Any]:
         "objects": [
             {"name": name, "size": size} for name, size in zip(shown.object_names, sizes, strict=True)
         ],
+        "notes": notes,
     }
 
 
@@ -121,13 +124,21 @@ def _recording(file: Path) -> dict[str, Any]:
 
     try:
         recording = open_recording(file)
+        if _size(file) <= _SMALL:
+            recording.survey()
     except FileError as error:
         return {"problem": str(error).removeprefix(f"{file}: ")}
     return {
         "frames": recording.count,
         "camera": asdict(recording.intrinsics),
         "notes": list(recording.notes),
+        "left_out": recording.left_out,
     }
+
+
+def _size(file: Path) -> int:
+    # Of a folder, of its lists alone, which are all that is read of it.
+    return 0 if file.is_dir() else file.stat().st_size
 
 
 def _cloud(file: Path) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -69,7 +69,8 @@ def learn(
 ) -> None:
     """Learn a task from one demonstration, and reproduce it.
 
-    Exit code 3 says that it was not reproduced; stderr then says which skill failed and what to try.
+    Exit code 3 says that it was not reproduced, and stderr which skill failed and what to try; or that more
+    than a tenth of a recording's frames are missing from it.
     """
     import os
 
@@ -136,10 +137,24 @@ def _learn(request: Request, log: Path, as_json: bool) -> None:
     from imitate.cli.following import follow
     from imitate.formats.output import refuse_existing
     from imitate.session.session import run
+    from imitate.session.source import Source
 
     for path in filter(None, (request.log, request.rrd)):
         refuse_existing(path, request.force)
-    follow(lambda watching: _sized(run(request, watching=watching), request), log, request.rrd, as_json)
+    much_lost = False
+
+    def heard(source: Source) -> None:
+        nonlocal much_lost
+        much_lost = source.much_lost
+        for note in source.notes:
+            console.narrate(f"{request.source}: {note}")
+
+    def events(watching: Callable[[int, int], None]) -> Iterator[Event]:
+        return _sized(run(request, watching=watching, heard=heard), request)
+
+    follow(events, log, request.rrd, as_json)
+    if much_lost:
+        raise typer.Exit(console.Exit.LOSSY)
 
 
 def _sized(events: Iterator[Event], request: Request) -> Iterator[Event]:

@@ -77,7 +77,8 @@ def observe(
 ) -> None:
     """Find table and objects in the first view, and follow hand and objects through the recording.
 
-    Exit code 3 says that something was out of sight for a while; its poses there are missing.
+    Exit code 3 says that something was out of sight for a while, and its poses there are missing; or that
+    more than a tenth of the frames are.
     """
     from imitate.formats.kind import kind_of
     from imitate.settings import load_settings
@@ -124,6 +125,7 @@ def _observe_cloud(path: Path, settings: Settings, seed: int, files: observed.Ou
 def _observe_recording(
     path: Path, settings: Settings, seed: int, files: observed.Outputs, as_json: bool
 ) -> None:
+    from imitate.formats.frames import MUCH_LEFT_OUT
     from imitate.formats.recordings import open_recording
     from imitate.perception.observe import observe as watch
 
@@ -139,7 +141,7 @@ def _observe_recording(
     for note in recording.notes:
         console.narrate(f"{path}: {note}")
     observed.report_recording(seen, as_json)
-    if seen.lost:
+    if seen.lost or recording.left_out > MUCH_LEFT_OUT:
         raise typer.Exit(console.Exit.LOSSY)
 
 

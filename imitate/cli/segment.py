@@ -14,9 +14,9 @@ LEAST = 1e-4
 """probability of a place below which it is left out of the JSON."""
 
 if TYPE_CHECKING:
-    from imitate.demonstration import Demonstration
     from imitate.segmentation import Posterior
     from imitate.segmentation.metrics import Metrics
+    from imitate.session.source import Source
     from imitate.settings import Settings
     from imitate.skill import Segment
 
@@ -54,7 +54,8 @@ def segment(
 ) -> None:
     """Cut a demonstration into skills.
 
-    For each skill: which objects matter, and in whose reference frame.
+    For each skill: which objects matter, and in whose reference frame. Exit code 3 says that more than a
+    tenth of a recording's frames are missing from it.
     """
     from imitate.formats.decisions import read_decisions
     from imitate.formats.truth import read_truth
@@ -67,7 +68,8 @@ def segment(
     decided = read_decisions(decisions) if decisions else ()
     if plot:
         _check_plot(plot, force)
-    shown = _read(file, settings, seed, mapping_file)
+    source = _read(file, settings, seed, mapping_file)
+    shown = source.demonstration
     right = read_truth(truth, shown.object_names) if truth else ()
     found = cut(shown, settings.segmentation)
     segments = apply_decisions(found, decided, shown, settings.segmentation)
@@ -86,9 +88,11 @@ def segment(
         _show(segments, sure)
         if metrics:
             _show_metrics(metrics)
+    if source.much_lost:
+        raise typer.Exit(console.Exit.LOSSY)
 
 
-def _read(file: Path, settings: Settings, seed: int, mapping_file: Path | None) -> Demonstration:
+def _read(file: Path, settings: Settings, seed: int, mapping_file: Path | None) -> Source:
     from imitate.formats.mapping import read_mapping
     from imitate.session.source import read_source
 
@@ -100,9 +104,9 @@ def _read(file: Path, settings: Settings, seed: int, mapping_file: Path | None) 
             bar.update(task, completed=done, total=total, visible=True)
 
         source = read_source(file, settings, seed, watching, mapping)
-    for name, frames in source.lost.items():
-        console.narrate(f"{name}: out of sight in {frames} frames; missing there")
-    return source.demonstration
+    for note in source.notes:
+        console.narrate(f"{file}: {note}")
+    return source
 
 
 def _check_plot(plot: Path, force: bool) -> None:

@@ -78,8 +78,11 @@ def sweep(request: Request, logs: dict[int, Path], as_json: bool) -> None:
         results = run(requests, session_pool(request.workers, board), finished)
     if all(swept.error for swept in results):
         raise ImitateError(results[0].error)
+    sources = [swept.source for swept in results if swept.source]  # all of one file
+    for note in sources[0].notes if sources else ():
+        console.narrate(f"{request.source}: {note}")
     _show(results, round(time.monotonic() - began, 3), as_json)
-    if not all(swept.reproduced for swept in results):
+    if not all(swept.reproduced for swept in results) or any(source.much_lost for source in sources):
         raise typer.Exit(console.Exit.LOSSY)
 
 

@@ -130,10 +130,15 @@ def astray_note(what: str, astray: int, of: int, where: str = "") -> str:
 def gaps_in_words(t: Array) -> list[str]:
     """Gaps in times (T,) seconds, increasing, that are worth a word: the longest, and how many there are."""
     steps = np.diff(t)
+    if not len(steps):
+        return []
     long = steps > max(LONG_GAP, 10 * float(np.median(steps)))
     if not long.any():
         return []
     k = int(np.argmax(steps))
     others = f", the longest of {int(long.sum())} such gaps" if long.sum() > 1 else ""
     where = f"from {t[k] - t[0]:.6g} s on{others}"
-    return [f"{span_in_words(steps[k])} pass without a frame, {where}: filled in straight"]
+    return [
+        f"{span_in_words(steps[k])} pass without a frame, {where}: taken as one straight motion. "
+        "Where it was a pause, cut it out"
+    ]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from imitate.errors import FileError
 from imitate.formats.camera_messages import Picture
-from imitate.formats.clock import astray_note
+from imitate.formats.clock import SECOND, astray_note, gaps_in_words
 from imitate.formats.distances import check_distances, to_metres
 from imitate.formats.pairing import COLOUR, DEPTH, Stamped, Tally, paired
 from imitate.formats.picture_times import steady
@@ -27,6 +27,7 @@ MILLIMETRE = 0.001
 """m of one step of an integer depth in ROS (REP 118) and Foxglove."""
 
 Pictures = Iterator[Stamped[Picture]]
+Pairs = Iterator[tuple[Stamped[Picture], Stamped[Picture]]]
 
 
 @dataclass(frozen=True)
@@ -51,10 +52,8 @@ class Streams:
     unit_given: bool = False
     within: float = 0.04
 
-    def frames(
-        self, colours: Pictures, depths: Pictures, tally: Tally, notes: list[str]
-    ) -> Iterator[RgbdFrame]:
-        """Every pair as a frame, t in seconds from the first depth picture of a pair.
+    def pairs(self, colours: Pictures, depths: Pictures, tally: Tally, notes: list[str]) -> Pairs:
+        """Colour and depth of each frame, not decoded yet.
 
         Args:
             colours, depths: the pictures, in nearly the order in which they were taken.
@@ -62,14 +61,29 @@ class Streams:
             notes: gets what was left out, at the end.
 
         Raises:
-            FileError: nothing pairs, a picture cannot be decoded or is of another size than its
-                calibration, no depth is read, depths cannot be metres, or a clock was set.
+            FileError: nothing pairs, or a clock was set.
+        """
+        kept = (self._steady(COLOUR, colours, tally), self._steady(DEPTH, depths, tally))
+        pictures = heapq.merge(*kept, key=lambda one: one.time)
+        times: list[int] = []
+        for pair in paired(pictures, round(self.within * SECOND), tally):
+            times.append(pair[DEPTH].time)
+            yield pair
+        if not times:
+            raise self._unpaired(tally)
+        found = (*self._left_out(tally), *gaps_in_words((np.array(times) - times[0]) / SECOND))
+        notes += [note for note in found if note not in notes]
+
+    def frames(self, pairs: Pairs) -> Iterator[RgbdFrame]:
+        """Every pair as a frame, t in seconds from the first depth picture of a pair.
+
+        Raises:
+            FileError: a picture cannot be decoded or is of another size than its calibration, no depth is
+                read, or depths cannot be metres.
         """
         first: int | None = None
         checked = self.unit_given
-        kept = (self._steady(COLOUR, colours, tally), self._steady(DEPTH, depths, tally))
-        pictures = heapq.merge(*kept, key=lambda one: one.time)
-        for colour, depth in paired(pictures, round(self.within * 1e9), tally):
+        for colour, depth in pairs:
             metres = self._metres(depth.held)
             first = depth.time if first is None else first
             if not checked and metres.any():
@@ -78,16 +92,13 @@ class Streams:
                 check_distances(self.path, what, metres[metres > 0], unit)
                 checked = True
             registered = self.registration.registered(self._colour(colour.held), metres)
-            yield RgbdFrame((depth.time - first) / 1e9, *registered)
-        if first is None:
-            raise self._unpaired(tally)
+            yield RgbdFrame((depth.time - first) / SECOND, *registered)
         if not checked:
             raise FileError(
                 self.path,
                 f"{self.depth} has no reading in any picture: every depth is 0",
                 "Check the depth camera, or name another topic with --depth-topic.",
             )
-        notes += [note for note in self._left_out(tally) if note not in notes]
 
     def _steady(self, kind: int, pictures: Pictures, tally: Tally) -> Iterator[Stamped[Picture]]:
         def astray(_: Stamped[Picture]) -> None:

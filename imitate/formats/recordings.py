@@ -47,6 +47,9 @@ class Recording(RgbdSource, Protocol):
     @property
     def left_out(self) -> float: ...
 
+    def survey(self) -> None:
+        """Goes through the stamps without the pictures; ``notes`` and ``left_out`` are known then."""
+
 
 def open_recording(path: Path | str, settings: Perception | None = None) -> Recording:
     """What a recording holds, from its first pictures.

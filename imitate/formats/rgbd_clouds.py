@@ -76,6 +76,11 @@ class CloudRecording:
         ):
             self.notes.append(note)
 
+    def survey(self) -> None:
+        """Goes through the clouds; ``notes`` and ``left_out`` are known then. Raises as `frames`."""
+        for _ in self.frames():
+            pass
+
     def _read(self, reader: McapReader) -> Iterator[_Read]:
         camera, shape = CameraReader(self.path), (self.intrinsics.height, self.intrinsics.width)
         for message in reader.messages({self.topic}):

@@ -9,7 +9,7 @@ from pathlib import Path
 from imitate.errors import FileError
 from imitate.formats.camera_messages import CALIBRATIONS, TRANSFORMS, CameraReader, Picture
 from imitate.formats.clock import whose_clock
-from imitate.formats.frames import MILLIMETRE, Streams, damaged, undecodable
+from imitate.formats.frames import MILLIMETRE, Pairs, Streams, damaged, undecodable
 from imitate.formats.kind import METADATA, PICTURES
 from imitate.formats.mcap_contents import Contents, contents
 from imitate.formats.mcap_file import McapReader, RawMessage
@@ -57,8 +57,20 @@ class McapRecording:
         """Every frame in order, read as it is asked for; t in seconds from the first.
 
         Raises:
-            FileError: as `Streams.frames`; or damage that shows only now, unless it is to be salvaged.
+            FileError: as `survey`, or as `Streams.frames`.
         """
+        return self.streams.frames(self._pairs())
+
+    def survey(self) -> None:
+        """Goes through the stamps alone; ``notes`` and ``left_out`` are known then.
+
+        Raises:
+            FileError: as `Streams.pairs`; or damage that shows only now, unless it is to be salvaged.
+        """
+        for _ in self._pairs():
+            pass
+
+    def _pairs(self) -> Pairs:
         self.tally = Tally()
         # each topic by a reader of its own, which costs 1.4 ms a frame and serves files written by topic
         readers = (McapReader(self.path), McapReader(self.path))
@@ -71,7 +83,7 @@ class McapRecording:
         firsts = [[(picture.time, logged) for picture, logged in one] for one in (first, other)]
         clock = whose_clock(dict(zip(topics, firsts, strict=True)), self.notes)
         streams = _stamped(COLOUR, colours, clock), _stamped(DEPTH, depths, clock)
-        yield from self.streams.frames(*streams, self.tally, self.notes)
+        yield from self.streams.pairs(*streams, self.tally, self.notes)
         if (damage := readers[0].damage + readers[1].damage) and not self.salvage:
             raise damaged(self.path, damage[0])
 

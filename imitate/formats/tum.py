@@ -20,7 +20,7 @@ from imitate.errors import FileError
 from imitate.formats import pictures
 from imitate.formats.camera_messages import Picture
 from imitate.formats.clock import NAMES, epoch_unit
-from imitate.formats.frames import Streams
+from imitate.formats.frames import Pairs, Streams
 from imitate.formats.mapping import TIMES
 from imitate.formats.pairing import COLOUR, DEPTH, Stamped, Tally
 from imitate.formats.registration import Registration
@@ -75,11 +75,23 @@ class TumFolder:
         """Every frame in order, read as it is asked for; t in seconds from the first.
 
         Raises:
-            FileError: as `Streams.frames`, or a file that is listed and missing.
+            FileError: as `survey`, as `Streams.frames`, or a file that is listed and missing.
         """
+        return self.streams.frames(self._pairs())
+
+    def survey(self) -> None:
+        """Goes through the lists alone; ``notes`` and ``left_out`` are known then.
+
+        Raises:
+            FileError: as `Streams.pairs`.
+        """
+        for _ in self._pairs():
+            pass
+
+    def _pairs(self) -> Pairs:
         self.tally = Tally()
         colours, depths = (_stamped(kind, self.lists[kind]) for kind in (COLOUR, DEPTH))
-        yield from self.streams.frames(colours, depths, self.tally, self.notes)
+        return self.streams.pairs(colours, depths, self.tally, self.notes)
 
 
 def open_tum(path: Path, settings: Perception) -> TumFolder:

@@ -68,6 +68,7 @@ def run(
     watching: Watching | None = None,
     skip: Skip = nothing_is_skipped,
     factory: ExecutorFactory | None = None,
+    heard: Callable[[Source], None] = lambda _: None,
 ) -> Iterator[Event]:
     """The session's events, each in the log before it is seen here.
 
@@ -77,6 +78,7 @@ def run(
         watching: hears of (frames done, frames in all) while a recording is observed.
         skip: asked after each batch of trials whether its formulation is given up.
         factory: of what runs the trials, where that is not for ``request`` to say.
+        heard: hears of the source once it is read, before the first event.
 
     Raises:
         ImitateError: the source, the settings or the scene is not one to learn from.
@@ -86,6 +88,7 @@ def run(
             request.source, "is no recording, and has no pictures to embed", "Leave --embed-recording out."
         )
     source = read_source(request.source, request.settings, request.seed, watching, request.mapping)
+    heard(source)
     request = replace(request, settings=_settings_for(source, request.settings))
     with ExitStack() as stack:
         listeners: list[Callable[[Event], None]] = []

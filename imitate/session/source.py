@@ -10,8 +10,10 @@ from pathlib import Path
 from imitate.demonstration import Demonstration
 from imitate.errors import FileError
 from imitate.formats.demonstrations import read_demonstration
+from imitate.formats.frames import MUCH_LEFT_OUT
 from imitate.formats.kind import kind_of, refuse_cloud
 from imitate.formats.mapping import Mapping
+from imitate.formats.recordings import open_recording
 from imitate.settings import Settings
 
 Watching = Callable[[int, int], None]
@@ -27,6 +29,8 @@ class Source:
         demonstration: as read or as observed.
         lost: hand or object → frames in which it was not seen.
         symmetric: objects that the tracker cannot tell from themselves turned: it sees each in one colour.
+        notes: what the person ought to know of how it was read, in words.
+        left_out: share of a recording's frames that are not among those observed.
     """
 
     name: str
@@ -34,6 +38,13 @@ class Source:
     demonstration: Demonstration
     lost: dict[str, int] = field(default_factory=dict)
     symmetric: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    left_out: float = 0.0
+
+    @property
+    def much_lost(self) -> bool:
+        """Whether so much of a recording is gone that what is made of it is not what was filmed."""
+        return self.left_out > MUCH_LEFT_OUT
 
 
 def read_source(
@@ -56,13 +67,19 @@ def read_source(
             path, "is a session", f"Give the demonstration it was learned from, or: imitate replay {path}"
         )
     refuse_cloud(path, kind)
-    digest = _hash(path)
+    digest, notes = _hash(path), list[str]()
     if kind == "demonstration":
-        return Source(path.name, digest, read_demonstration(path, mapping))
+        demonstration = read_demonstration(path, mapping, notes)
+        return Source(path.name, digest, demonstration, notes=tuple(notes))
     from imitate.perception.observe import observe  # Open3D takes seconds, and trajectories need none of it
 
-    seen = observe(path, settings, seed, watching)
-    return Source(path.name, digest, seen.demonstration, seen.lost_frames, seen.demonstration.object_names)
+    recording = open_recording(path, settings.perception)
+    seen = observe(recording, settings, seed, watching)
+    lost = seen.lost_frames
+    notes += recording.notes
+    notes += [f"{name}: out of sight in {frames} frames; missing there" for name, frames in lost.items()]
+    shown = seen.demonstration
+    return Source(path.name, digest, shown, lost, shown.object_names, tuple(notes), recording.left_out)
 
 
 def _hash(path: Path) -> str:

@@ -19,6 +19,7 @@ from imitate.formats.output import refuse_existing
 from imitate.learning.trials import ExecutorFactory
 from imitate.session.progress import Progress
 from imitate.session.session import Request, run
+from imitate.session.source import Source
 from imitate.session.spare import Cores, Sharing
 
 _P = ParamSpec("_P")
@@ -35,12 +36,14 @@ class Swept:
         progress: everything that its events said, without the steps.
         error: why it failed, for the person; empty where it ran to its end.
         wall_s: s that it took.
+        source: what it was learned from; None where that was not read.
     """
 
     request: Request
     progress: Progress
     error: str
     wall_s: float
+    source: Source | None = None
 
     @property
     def reproduced(self) -> bool:
@@ -214,14 +217,14 @@ def run_session(number: int, request: Request) -> Swept:
         request: its ``workers`` is 0 where the session is to run its trials itself, and on what cores its
             pool can spare.
     """
-    progress, error = Progress(), ""
+    progress, error, sources = Progress(), "", list[Source]()
     alone = request.workers == 0 and not request.cluster
     trials = partial(Sharing, _cores[-1]) if alone and _cores else None
     began = time.monotonic()
     with _running:
         try:
             if not _should_stop():
-                for event in run(request, _should_stop, _watching, factory=trials):
+                for event in run(request, _should_stop, _watching, factory=trials, heard=sources.append):
                     progress.fold(event)
                     _note(number, progress)
         except ImitateError as problem:
@@ -230,7 +233,8 @@ def run_session(number: int, request: Request) -> Swept:
             error = f"unexpected {type(fault).__name__}: {fault}. This is a fault of imitate."
         for board in _boards:
             board.clear(number)
-    return Swept(request, progress, error, round(time.monotonic() - began, 3))
+    source = sources[0] if sources else None
+    return Swept(request, progress, error, round(time.monotonic() - began, 3), source)
 
 
 def _note(number: int, progress: Progress) -> None:

@@ -132,8 +132,10 @@ class ImitateApp(App[None]):
     def _opened(self, message: intents.Opened) -> None:
         if message.kind != "recording":
             self.state.open(message.source, message.kind)
-        self.state.show(message.demonstration, message.segments)
+        self.state.show(message.demonstration, message.segments, message.notes)
         self.show("review")
+        for note in message.notes:
+            self.notify(f"{note}.", title="▲", severity="warning", timeout=15, markup=False)
         if self.state.sighting and (lost := losses_in_words(self.state.sighting, message.demonstration)):
             self.notify(f"{lost} Observe (Esc) shows when.", title="▲", severity="warning", markup=False)
 

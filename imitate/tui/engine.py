@@ -28,7 +28,6 @@ from imitate.tui.series import Series
 from imitate.tui.sighting import Sighting
 from imitate.tui.state import Interval
 from imitate.tui.teaching import Resumed, Skip, Stop, Task
-from imitate.tui.words import demonstration_facts
 
 if TYPE_CHECKING:
     import numpy as np
@@ -111,8 +110,8 @@ def recorded(path: Path) -> Iterator[Event]:
     return read_session(path, steps=False)
 
 
-def observe(task: Task, should_stop: Stop) -> Iterator[Sighting | Demonstration]:
-    """The frames of a recording as they are tracked, some at a time, then what was seen."""
+def observe(task: Task, should_stop: Stop) -> Iterator[Sighting | str | Demonstration]:
+    """The frames of a recording as they are tracked, some at a time, notes of it, then what was seen."""
     from imitate.tui.child import in_child
 
     return in_child(teaching.observe, task, should_stop)
@@ -198,7 +197,7 @@ class Engine:
 
     kind_of: Callable[[Path], Kind] = kind_of
     look: Callable[[Path], Preview] = look
-    read: Callable[[Path], Demonstration] = read
+    read: Callable[[Path, list[str]], Demonstration] = read
     first_picture: Callable[[Path, Settings], Image] = first_picture
     cut: Callable[[Demonstration, Settings], tuple[Segment, ...]] = cut
     decide: Callable[
@@ -212,7 +211,7 @@ class Engine:
     split_time: Callable[[Demonstration, Segment, Settings], float] = split_time
     write_decisions: Callable[[Path, tuple[Decision, ...]], None] = write_decisions
     recorded: Callable[[Path], Iterator[Event]] = recorded
-    observe: Callable[[Task, Stop], Iterator[Sighting | Demonstration]] = observe
+    observe: Callable[[Task, Stop], Iterator[Sighting | str | Demonstration]] = observe
     learn: Callable[[Task, Stop, Stop, Skip], Iterator[float | Event]] = learn
     resume: Callable[[Resumed, Stop, Stop, Skip], Iterator[Event]] = resume
     films: Callable[[Path, Stop], Iterator[Film]] = films
@@ -226,17 +225,15 @@ class Engine:
 
 def with_mapping(source: Path, mapping: Mapping) -> Engine:
     """An engine for which ``source`` is a demonstration whose columns, topics or frames mean what is said."""
-    from imitate.demonstration import in_table_frame
-    from imitate.formats.demonstrations import read_demonstration
 
     def kind(path: Path) -> Kind:
         return "demonstration" if path == source else kind_of(path)
 
-    def read_mapped(path: Path) -> Demonstration:
-        return in_table_frame(read_demonstration(path, mapping)) if path == source else read(path)
+    def read_mapped(path: Path, notes: list[str]) -> Demonstration:
+        return read(path, notes, mapping if path == source else None)
 
     def look_mapped(path: Path) -> Preview:
-        return Preview(kind(path), demonstration_facts(read_mapped(path))) if path == source else look(path)
+        return look(path, mapping) if path == source else look(path)
 
     def learn_mapped(task: Task, stop: Stop, wait: Stop, to_skip: Skip) -> Iterator[float | Event]:
         mapped = replace(task, mapping=mapping) if task.source == source else task

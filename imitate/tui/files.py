@@ -16,8 +16,13 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from imitate.formats.kind import Kind
+    from imitate.formats.mapping import Mapping
 
     Image = NDArray[np.uint8]
+
+
+SURVEYED = 1 << 27
+"""bytes up to which a recording's stamps are gone through before it is opened."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,12 +52,14 @@ def kind_of(path: Path) -> Kind:
     return found
 
 
-def look(path: Path) -> Preview:
-    """What a file holds, in words."""
-    kind = kind_of(path)
+def look(path: Path, mapping: Mapping | None = None) -> Preview:
+    """What a file holds, in words; with a ``mapping`` it is a demonstration."""
+    kind = "demonstration" if mapping else kind_of(path)
     if kind == "demonstration":
-        demonstration = read(path)
-        return Preview(kind, demonstration_facts(demonstration), demonstration_faults(demonstration))
+        notes: list[str] = []
+        demonstration = read(path, notes, mapping)
+        wrong = (*notes, *demonstration_faults(demonstration))
+        return Preview(kind, demonstration_facts(demonstration), wrong)
     if kind == "recording":
         return _look_at_recording(path)
     from imitate.formats.session_log import summarise
@@ -75,16 +82,18 @@ def _look_at_recording(path: Path) -> Preview:
         facts[:0] = [("duration", f"{seconds:.2f} s"), ("rate", f"{rate:.0f} a second")]
     facts.append(("objects", "found when it is observed"))
     first = next(recording.frames(), None)
+    if path.is_dir() or path.stat().st_size <= SURVEYED:
+        recording.survey()
     wrong = (*recording.notes, *(inside.damage if inside else ()))
     return Preview("recording", tuple(facts), wrong, first.colour if first else None)
 
 
-def read(path: Path) -> Demonstration:
-    """A demonstration from its file."""
+def read(path: Path, notes: list[str], mapping: Mapping | None = None) -> Demonstration:
+    """A demonstration from its file; ``notes`` gets what the operator ought to know of it."""
     from imitate.demonstration import in_table_frame
     from imitate.formats.demonstrations import read_demonstration
 
-    return in_table_frame(read_demonstration(path))
+    return in_table_frame(read_demonstration(path, mapping, notes))
 
 
 def first_picture(path: Path, settings: Settings) -> Image:

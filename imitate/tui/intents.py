@@ -123,12 +123,13 @@ class Go(Message):
 
 @dataclass
 class Opened(Message):
-    """A demonstration was read or observed, and cut."""
+    """A demonstration was read or observed, and cut; ``notes`` say what ought to be known of how."""
 
     source: Path
     kind: Kind
     demonstration: Demonstration
     segments: tuple[Segment, ...]
+    notes: tuple[str, ...] = ()
 
 
 @dataclass

@@ -208,9 +208,10 @@ def _words(state: State) -> Content:
         return Content(f"{_doing(state.sighting)}\n\n{fingers}\n")
     demonstration = state.demonstration
     lost = losses_in_words(state.sighting, demonstration) if state.sighting else ""
-    sign = ("▲ ", "bold $text-warning") if lost else ("✓ ", "bold $text-success")
+    said = " ".join([lost or "Nothing was lost.", *(f"Of the recording: {note}." for note in state.notes)])
+    sign = ("▲ ", "bold $text-warning") if lost or state.notes else ("✓ ", "bold $text-success")
     seen = f"Tracked: {len(demonstration.t)} frames, {demonstration.duration:.1f} s."
-    return Content.assemble(sign, f"{seen} {lost or 'Nothing was lost.'}\n\n{fingers}")
+    return Content.assemble(sign, f"{seen} {said}\n\n{fingers}")
 
 
 def _doing(sighting: Sighting | None) -> str:

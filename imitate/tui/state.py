@@ -45,6 +45,7 @@ class State:
         observed: share of a recording's frames that were tracked, 0 to 1.
         sighting: those frames, once there are any.
         unseen: why a recording could not be observed; empty while it can.
+        notes: what ought to be known of how the demonstration was read or observed.
         running: whether a child process is learning.
         stopping: whether it was asked to stop.
         pausing: whether it was asked to wait after the present trial.
@@ -73,6 +74,7 @@ class State:
     observed: float = 0.0
     sighting: Sighting | None = None
     unseen: str = ""
+    notes: tuple[str, ...] = ()
     running: bool = False
     stopping: bool = False
     pausing: bool = False
@@ -154,8 +156,11 @@ class State:
             self.sighting = before.then(later) if before else later
             self.observed = self.sighting.share
 
-    def show(self, demonstration: Demonstration, segments: tuple[Segment, ...]) -> None:
+    def show(
+        self, demonstration: Demonstration, segments: tuple[Segment, ...], notes: tuple[str, ...] = ()
+    ) -> None:
         """A demonstration was read or observed, and cut."""
+        self.notes = notes
         self.demonstration, self.found, self.segments = demonstration, segments, segments
         self.decisions, self.changes, self.doubts, self.along = (), (), None, None
 

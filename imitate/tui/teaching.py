@@ -49,8 +49,9 @@ class Resumed:
 
 
 def observe(task: Task, emit: Emit, should_stop: Stop) -> None:
-    """Emits a `Sighting` of the frames that were tracked, some at a time, then the `Demonstration`."""
+    """Emits a `Sighting` of the tracked frames, some at a time, each note, then the `Demonstration`."""
     from imitate.demonstration import in_table_frame
+    from imitate.formats.recordings import open_recording
     from imitate.perception.observe import Moment
     from imitate.perception.observe import observe as observe_recording
     from imitate.tui.watcher import Watcher
@@ -62,10 +63,13 @@ def observe(task: Task, emit: Emit, should_stop: Stop) -> None:
             raise SystemExit(0)
         watcher(moment)
 
+    recording = open_recording(task.source, task.settings.perception)
     try:
-        found = observe_recording(task.source, task.settings, task.seed, watch=watch)
+        found = observe_recording(recording, task.settings, task.seed, watch=watch)
     finally:
         watcher.end()
+    for note in recording.notes:
+        emit(note)
     emit(in_table_frame(found.demonstration))
 
 

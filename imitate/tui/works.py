@@ -56,9 +56,10 @@ class Works:
             elif kind == "session":
                 self._post(intents.Recorded(path, tuple(self._engine.recorded(path))))
             else:
-                demonstration = self._engine.read(path)
+                notes: list[str] = []
+                demonstration = self._engine.read(path, notes)
                 segments = self._engine.cut(demonstration, self._state.settings)
-                self._post(intents.Opened(path, kind, demonstration, segments))
+                self._post(intents.Opened(path, kind, demonstration, segments, tuple(notes)))
         except Exception as error:
             self._post(intents.Failed("open", in_words(error)))
 
@@ -69,15 +70,18 @@ class Works:
         self._start("open", partial(self._observe, task))
 
     def _observe(self, task: Task, stop: Stop) -> None:
+        notes: list[str] = []
         try:
             for seen in self._engine.observe(task, stop):
                 if stop():
                     continue
                 if isinstance(seen, Sighting):
                     self._post(intents.Sighted(seen))
-                    continue
-                segments = self._engine.cut(seen, task.settings)
-                self._post(intents.Opened(task.source, "recording", seen, segments))
+                elif isinstance(seen, str):
+                    notes.append(seen)
+                else:
+                    segments = self._engine.cut(seen, task.settings)
+                    self._post(intents.Opened(task.source, "recording", seen, segments, tuple(notes)))
         except Exception as error:
             self._post(intents.Failed("observe", in_words(error)))
 

@@ -24,6 +24,6 @@ def test_only_the_file_that_was_given_is_mapped(tmp_path, human_stack):
     }
     engine = with_mapping(mine, Mapping.model_validate(said))
     assert engine.kind_of(mine) == engine.look(mine).kind == "demonstration"
-    assert engine.read(mine).object_names == ("cube", "base")
+    assert engine.read(mine, []).object_names == ("cube", "base")
     assert engine.look(FIXTURE).kind == "demonstration"
-    assert engine.read(FIXTURE).object_names == ("cubeA", "cubeB")
+    assert engine.read(FIXTURE, []).object_names == ("cubeA", "cubeB")

@@ -247,7 +247,7 @@ async def test_frames_in_which_a_body_was_not_seen_are_looked_at_without_it(tmp_
     objects = d.objects.copy()
     objects[100:140, 1] = np.nan
     app = scripted_app(tmp_path)
-    app.engine = replace(app.engine, read=lambda _path: replace(d, objects=objects))
+    app.engine = replace(app.engine, read=lambda _path, _notes: replace(d, objects=objects))
     app.works._engine = app.engine
     async with app.run_test() as pilot:
         await until(pilot, at(app, "review"))
