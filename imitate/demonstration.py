@@ -160,7 +160,11 @@ def _check_shapes(d: Demonstration) -> None:
 
 def _check_times(t: Array) -> None:
     if not np.all(np.isfinite(t)):
-        raise DemonstrationError(f"t: not a number at frame {int(np.argmin(np.isfinite(t)))}.")
+        bad = ~np.isfinite(t)
+        raise DemonstrationError(
+            f"t: not a number at frame {int(np.argmax(bad))}, {int(bad.sum())} frames in all; expected "
+            "seconds. Leave those frames out."
+        )
     steps = np.diff(t)
     if np.any(steps <= 0):
         k = int(np.argmax(steps <= 0))
@@ -185,11 +189,8 @@ def span_in_words(seconds: float) -> str:
     """A span of time in the largest unit of which there are two: "95 s", "26 hours", "19,676 days"."""
     for unit, length in (("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):
         if seconds >= 2 * length:
-            return (
-                f"{seconds / length:,.4g} {unit}"
-                if seconds < 1e4 * length
-                else f"{seconds / length:,.0f} {unit}"
-            )
+            count = seconds / length
+            return f"{count:,.0f} {unit}" if count >= 100 else f"{count:.3g} {unit}"
     return f"{seconds:.4g} s"
 
 

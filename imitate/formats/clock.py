@@ -29,14 +29,24 @@ LONG_GAP = 2.0
 """s between two samples, and ten times their usual step, from which on a gap is worth a word."""
 NAMES = {"s": "seconds", "ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}
 """of the units of `mapping.TIMES`."""
-_EPOCH = (1e8, 1e10)
-"""s since 1970 between which people record: 1973 to 2286."""
+MUCH_ASTRAY = 0.1
+"""share of samples off their clock from which on none of it is believed."""
+_EPOCH = (1e9, 4e9)
+"""s since 1970 between which people record: 2001 to 2096."""
+_SLOWEST = 0.5
+"""s between samples that have such times; what counts since a start may lie in the same range."""
 
 
 def epoch_unit(ticks: Array) -> str | None:
     """The unit (`mapping.TIMES`) in which times (N,) count since 1970; None where they do not."""
-    middle = float(np.nanmedian(ticks))
-    return next((unit for unit, s in TIMES.items() if _EPOCH[0] <= middle * s < _EPOCH[1]), None)
+    middle, step = float(np.median(ticks)), usual_step(ticks)
+    units = (unit for unit, s in TIMES.items() if _EPOCH[0] <= middle * s < _EPOCH[1])
+    return next((unit for unit in units if step * TIMES[unit] < _SLOWEST), None)
+
+
+def usual_step(ticks: Array) -> float:
+    """The middle one of the steps between times (N,), whichever way they go."""
+    return float(np.median(np.abs(np.diff(ticks)))) if len(ticks) > 1 else 0.0
 
 
 def faster_unit(step: float) -> str:

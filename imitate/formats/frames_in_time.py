@@ -13,12 +13,14 @@ from imitate.demonstration import LONGEST_GAP, span_in_words
 from imitate.errors import FileError
 from imitate.formats.clock import (
     ASTRAY,
+    MUCH_ASTRAY,
     NAMES,
     astray_note,
     epoch_unit,
     faster_unit,
     gaps_in_words,
     on_one_clock,
+    usual_step,
 )
 from imitate.formats.mapping import TIMES, Mapping
 from imitate.geometry import Array
@@ -56,6 +58,9 @@ def frames_in_time(
     t = _seconds(path, ticks[rows], mapping.time_unit, notes)
     off: list[int] = []
     kept = list(on_one_clock(range(len(t)), t.__getitem__, off.append))
+    if len(off) > MUCH_ASTRAY * len(t):
+        problem = f"{len(off)} of its {len(t)} times are more than {ASTRAY:g} s off those before and after"
+        raise FileError(path, problem, f"Mend them, or say the frames a second {_MAPPING}: rate = 30.0.")
     if off:
         notes.append(astray_note("frames", len(off), len(t), f" (frame {off[0]}, at {t[off[0]]:.12g} s)"))
     part = kept if episodes is not None else _part(path, t, kept, mapping.episode)
@@ -100,19 +105,23 @@ def chosen_episode(path: Path, held: Collection[float], wanted: int | None) -> f
 def _seconds(path: Path, ticks: Array, said: str | None, notes: list[str]) -> Array:
     if said is not None:
         return ticks if said == "s" else np.asarray((ticks - ticks[0]) * TIMES[said])
-    unit = epoch_unit(ticks)
-    if unit == "s":
-        return ticks
-    if unit is not None:
+    unit, step = epoch_unit(ticks), usual_step(ticks)
+    if unit is not None and unit != "s":
         notes.append(
-            f"its times are {NAMES[unit]} since 1970, and read as such (time_unit {_MAPPING} says otherwise)"
+            f"its times are {NAMES[unit]} since 1970 and read as such; time_unit in a mapping says otherwise"
         )
         return np.asarray((ticks - ticks[0]) * TIMES[unit])
-    step = float(np.median(np.abs(np.diff(ticks))))
+    if not step:
+        raise FileError(
+            path,
+            f"has the same time in most of its frames: {len(np.unique(ticks))} times in {len(ticks)}",
+            "Times since 1970 need double precision; where there are none, say the frames a second "
+            f"{_MAPPING}: rate = 30.0.",
+        )
     whole = step >= 1 and bool((ticks == np.round(ticks)).all())
     if step >= SLOW or whole:
         other = faster_unit(step)
-        counted = "; rate = 30.0 and no column of times, if they count frames" if whole and step == 1 else ""
+        counted = "; rate = 30.0, if they count frames" if whole and step == 1 else ""
         raise FileError(
             path,
             f"has times that are no seconds of a demonstration: {len(ticks)} of them, usually {step:g} apart",

@@ -9,7 +9,7 @@ topic of its own, a number at each time. Of others' files see
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from pathlib import Path
 from typing import IO
@@ -19,7 +19,7 @@ from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 
 from imitate.demonstration import HAND, Demonstration
 from imitate.errors import FileError
-from imitate.formats.clock import SECOND, Both, astray_note, gaps_in_words, whose_clock
+from imitate.formats.clock import whose_clock
 from imitate.formats.curves import curve_channel, curve_message
 from imitate.formats.kind import METADATA, POSE_SCHEMAS, listed
 from imitate.formats.mapping import LENGTHS, Body, Mapping
@@ -27,6 +27,7 @@ from imitate.formats.mcap_contents import contents
 from imitate.formats.mcap_file import McapReader
 from imitate.formats.mcap_writer import Channel, McapWriter, protobuf_channel
 from imitate.formats.opening import OPENING, in_metres
+from imitate.formats.pose_times import check_times, taken
 from imitate.formats.table import with_offset
 from imitate.formats.track import Times, Track, Tracks
 from imitate.formats.tracks import NUMBERS, read_samples
@@ -106,15 +107,14 @@ def read_mcap(path: Path, mapping: Mapping | None, notes: list[str]) -> Demonstr
     own = reader.metadata.get(METADATA, {}).get("kind") == "demonstration"
     tracks = samples.tracks(0, exactly=own)
     bodies = _bodies(tracks, mapping, list(sizes))
+    if not own and whose_clock(taken(tracks, bodies), notes):
+        tracks = samples.tracks(1)
+        bodies = _bodies(tracks, mapping, list(sizes))
     if own:
         times = _own_times(path, bodies.values(), reader.metadata.get(_UNSEEN, {}).get("times", ""))
     else:
-        if whose_clock(_taken(tracks, bodies), notes):
-            tracks = samples.tracks(1)
-            bodies = _bodies(tracks, mapping, list(sizes))
         times = tracks.times(bodies[HAND])
-        _check_clocks(path, bodies, times)
-        notes += _astray(tracks, bodies) + gaps_in_words((times - times[0]) / SECOND)
+        check_times(tracks, bodies, times, notes)
     root = mapping.root or _root(tracks, bodies)
     said = {HAND: mapping.hand, **mapping.objects}
     poses = {}
@@ -132,35 +132,6 @@ def read_mcap(path: Path, mapping: Mapping | None, notes: list[str]) -> Demonstr
         object_sizes=np.array(given),
         opening=_opening(tracks, mapping, times, own, notes),
     )
-
-
-def _taken(tracks: Tracks, bodies: dict[str, Track]) -> dict[str, Sequence[Both]]:
-    """Stamps and log times of what moves each body, as far as it moves."""
-    found: dict[str, Sequence[Both]] = {}
-    for name, body in bodies.items():
-        for number, link in enumerate(tracks.links(body)):
-            if link.moves:
-                found[name if number == 0 else f"{name}'s frame {link.frame}"] = link.taken
-    return found
-
-
-def _check_clocks(path: Path, bodies: dict[str, Track], times: Times) -> None:
-    """Raises FileError where a body is nowhere at any time of the hand's."""
-    for name, body in bodies.items():
-        if body.moves and (body.times[0] > times[-1] or body.times[-1] < times[0]):
-            spans = [f"{at[0] / SECOND:.3f} to {at[-1] / SECOND:.3f} s" for at in (times, body.times)]
-            raise FileError(
-                path,
-                f"mixes two clocks: the hand is stamped {spans[0]}, {name} {spans[1]}, and the log's times "
-                "do not relate them",
-                "Record both by one clock, or leave it out: a mapping names the objects to read "
-                "(--mapping FILE.toml).",
-            )
-
-
-def _astray(tracks: Tracks, bodies: dict[str, Track]) -> list[str]:
-    links = ((name, link) for name, body in bodies.items() for link in tracks.links(body) if link.astray)
-    return [astray_note(f"poses of {name}", link.astray, len(link.taken)) for name, link in links]
 
 
 def _opening(tracks: Tracks, mapping: Mapping, times: Times, own: bool, notes: list[str]) -> Array | None:

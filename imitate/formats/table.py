@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from imitate.demonstration import HAND, Demonstration
 from imitate.errors import DemonstrationError, FileError
@@ -24,6 +23,7 @@ from imitate.formats.frames_in_time import EPISODES, Rows, episode_rows, frames_
 from imitate.formats.mapping import LENGTHS, Body
 from imitate.formats.mapping import Mapping as FileMapping
 from imitate.formats.opening import OPENING, in_metres, is_opening
+from imitate.formats.rotations import quaternions, rotation_width
 from imitate.geometry import Array, compose, nearly_normalised
 
 TIME_NAMES = ("t", "time", "timestamp", "time_s", "seconds")
@@ -142,12 +142,12 @@ def _poses(table: Table, name: str, body: Body, known: dict[str, str], mapping: 
     order = body.rotation_as or mapping.rotation_as
     turned: Array | None
     if body.pose:
-        width = 3 + _rotation_width(order)
+        width = 3 + rotation_width(order)
         both = _values(table, body.pose, width, name)
         position, turned = both[:, :3], both[:, 3:]
     elif body.position:
         position = _values(table, body.position, 3, name)
-        turned = _values(table, body.rotation, _rotation_width(order), name) if body.rotation else None
+        turned = _values(table, body.rotation, rotation_width(order), name) if body.rotation else None
     else:
         if lacking := [axis for axis in AXES if axis not in known]:
             what = f"has no {' '.join(lacking)} of {name}" if known else f"names no {name}"
@@ -155,7 +155,7 @@ def _poses(table: Table, name: str, body: Body, known: dict[str, str], mapping: 
         both = _values(table, [known[axis] for axis in AXES], 7, name)
         position, turned, order = both[:, :3], both[:, 3:], "xyzw"
     scaled = position if mapping.length_unit == "m" else position * LENGTHS[mapping.length_unit]
-    poses = np.column_stack([scaled, _quaternions(scaled, turned, order)])
+    poses = np.column_stack([scaled, quaternions(scaled, turned, order)])
     return with_offset(nearly_normalised(poses), body)
 
 
@@ -165,26 +165,6 @@ def with_offset(poses: Array, body: Body) -> Array:
         return poses
     offset = np.array(body.offset if len(body.offset) == 7 else [*body.offset, 0, 0, 0, 1])
     return compose(poses, nearly_normalised(offset))
-
-
-def _rotation_width(order: str) -> int:
-    return 4 if order in ("xyzw", "wxyz") else 3
-
-
-def _quaternions(position: Array, turned: Array | None, order: str) -> Array:
-    # (T, 4) x y z w
-    if turned is None:
-        fixed = np.tile([0.0, 0, 0, 1], (len(position), 1))
-        fixed[np.isnan(position).any(axis=1)] = np.nan
-        return fixed
-    if order in ("rotvec", "rpy"):
-        seen = np.isfinite(turned).all(axis=1)
-        angles = turned[seen]
-        made = Rotation.from_rotvec(angles) if order == "rotvec" else Rotation.from_euler("xyz", angles)
-        found = np.full((len(turned), 4), np.nan)
-        found[seen] = made.as_quat()
-        return found
-    return turned[:, [1, 2, 3, 0]] if order == "wxyz" else turned
 
 
 def _times(table: Table, mapping: FileMapping, frames: int, notes: list[str]) -> tuple[Array, Rows]:
