@@ -223,7 +223,12 @@ class Found:
             one = self.calibrations[topic]
             return _fits(one.lens, seen), one.frame == seen.frame, _shared(topic, seen.topic)
 
-        return max(sorted(self.calibrations), key=fitness)
+        best, *others = sorted(sorted(self.calibrations), key=fitness, reverse=True)
+        if equal := [topic for topic in others if fitness(topic) == fitness(best)]:
+            self.notes.append(
+                f"the calibration is taken from {best}, not from {', '.join(equal)} (--calibration-topic)"
+            )
+        return best
 
     def _own_calibration(self, depth: Seen, others: Mapping[str, Calibration]) -> str:
         """The calibration that can only be the depth's: of its size, in its frame or beside it; else ''."""
