@@ -5,7 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imitate.demonstration import TABLE, Demonstration, in_table_frame, interpolated, table_height
+from imitate.demonstration import (
+    LONGEST,
+    TABLE,
+    Demonstration,
+    in_table_frame,
+    interpolated,
+    span_in_words,
+    table_height,
+)
 from imitate.errors import DemonstrationError
 from imitate.geometry import IDENTITY, from_yaw
 
@@ -32,8 +40,15 @@ def spoiled(values: np.ndarray, index: tuple, value: float) -> np.ndarray:
             lambda d: {"t": d.t[[0, 2, 1]]},
             r"goes from 3.25 s to 3.1 s at frame 2; expected strictly increasing",
         ),
-        (lambda d: {"t": d.t[[0, 0, 1]]}, r"goes from 3 s to 3 s at frame 1"),
-        (lambda d: {"t": spoiled(d.t, (1,), np.nan)}, "t: not a number at frame 1"),
+        (lambda d: {"t": d.t[[0, 0, 1]]}, r"goes from 3 s to 3 s at frame 1.*Remove repeated frames"),
+        (
+            lambda d: {"t": spoiled(d.t, (1,), np.nan)},
+            "t: not a number at frame 1, 1 frames in all; expected seconds. Leave those frames out",
+        ),
+        (
+            lambda d: {"t": spoiled(d.t, (2,), 3.1 + 86400)},
+            r"t: 24 hours pass without a frame, from 0.1 s after the first \(frame 1\); expected 60",
+        ),
         (
             lambda d: {"hand": d.hand[:2]},
             r"hand: shape \(2, 7\); expected \(3, 7\) for 3 frames and 2 objects",
@@ -44,6 +59,7 @@ def spoiled(values: np.ndarray, index: tuple, value: float) -> np.ndarray:
             "hand: NaN or infinite at frame 2, 1 frames in all",
         ),
         (lambda d: {"hand": spoiled(d.hand, (1, 6), 2.0)}, "hand: quaternion of length 2 at frame 1"),
+        (lambda d: {"hand": spoiled(d.hand, (1, 6), 0.989)}, "hand: quaternion of length 0.989 at frame 1"),
         (
             lambda d: {"hand": spoiled(d.hand, (2, 0), -1e200)},
             r"hand: 1e\+200 at frame 2; expected metres and",
@@ -69,6 +85,42 @@ def spoiled(values: np.ndarray, index: tuple, value: float) -> np.ndarray:
 def test_what_is_wrong_is_said(demonstration, change, message):
     with pytest.raises(DemonstrationError, match=message):
         replace(demonstration, **change(demonstration))
+
+
+def test_a_quaternion_of_nearly_length_one_is_scaled_to_it_and_one_of_it_is_kept(demonstration):
+    hand = spoiled(demonstration.hand, (1, 6), 0.995)
+    hand[2, 6] = np.nextafter(1, 0)
+    rounded = replace(demonstration, hand=hand, objects=0.995 * demonstration.objects)
+    assert rounded.hand[:, 6].tolist() == [1, 1, np.nextafter(1, 0)]
+    np.testing.assert_allclose(np.linalg.norm(rounded.objects[..., 3:], axis=-1), 1, atol=1e-15)
+    np.testing.assert_array_equal(rounded.objects[..., :3], 0.995 * demonstration.objects[..., :3])
+
+
+def test_what_goes_through_time_in_even_steps_is_bounded(demonstration):
+    t = np.arange(0, LONGEST + 100, 50.0)
+    tiled = {"hand": np.tile(IDENTITY, (len(t), 1)), "objects": np.tile(IDENTITY, (len(t), 2, 1))}
+    with pytest.raises(
+        DemonstrationError, match=r"t: lasts 60\.8 minutes; expected 60 minutes at most\. Keep"
+    ):
+        replace(demonstration, t=t, **tiled)
+    kept = t <= LONGEST
+    whole = replace(demonstration, t=t[kept], **{name: poses[kept] for name, poses in tiled.items()})
+    assert whole.duration == LONGEST
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [
+        (0.25, "0.25 s"),
+        (95, "95 s"),
+        (150, "2.5 minutes"),
+        (26 * 3600, "26 hours"),
+        (1.7e9, "19,676 days"),
+        (130 * 86400, "130 days"),
+    ],
+)
+def test_spans_of_time_in_words(seconds, words):
+    assert span_in_words(seconds) == words
 
 
 def test_poses_by_name(demonstration):

@@ -31,8 +31,10 @@ SLOW = 5.0
 """s between frames from which on times are in another unit, unless a mapping says that they are not; of whole
 numbers, 1 s."""
 _MAPPING = "in a mapping (--mapping FILE.toml)"
+_UNORDERED = 0.25
+"""share of steps back in time from which on the rows are in no order."""
 _SHORTEST = 10
-"""rows that a part of a table has on average, where its times go back because it has several."""
+"""rows that a part of a table has on average, where it has several."""
 
 Rows = NDArray[np.int_]
 
@@ -56,6 +58,8 @@ def frames_in_time(
     if len(rows) < 2 or not np.isfinite(ticks[rows]).all():
         return ticks[rows], rows
     t = _seconds(path, ticks[rows], mapping.time_unit, notes)
+    if np.mean(np.diff(t) < 0) > _UNORDERED:
+        return t, rows  # in no order at all; what is wrong with that the demonstration says
     off: list[int] = []
     kept = list(on_one_clock(range(len(t)), t.__getitem__, off.append))
     if len(off) > MUCH_ASTRAY * len(t):
@@ -97,7 +101,7 @@ def chosen_episode(path: Path, held: Collection[float], wanted: int | None) -> f
         raise FileError(
             path,
             problem + (f", and none of them is {wanted}" if wanted is not None else ""),
-            "Choose one in a mapping (--mapping FILE.toml): episode = 0.",
+            f"Choose one in a mapping (--mapping FILE.toml): episode = {numbers[0] if numbers else 0:g}.",
         )
     return wanted
 
