@@ -32,7 +32,8 @@ class Track:
         fixed: whether they hold at all times.
         taken: stamp and log time of every sample, those left out as well.
         astray: how many samples are left out: their times were off those around them.
-        logged: whether the times are the log's, though other tracks' are stamps.
+        logged: whether the times are from the log, though it has stamps or the log is of another clock than
+            the other tracks' stamps.
     """
 
     frame: str

@@ -88,15 +88,9 @@ class Samples:
             rows.setdefault(time, row)
         times = sorted(rows)
         poses = nearly_normalised([rows[time] for time in times])
-        return Track(
-            self.parents[key],
-            np.array(times, np.int64),
-            poses,
-            key in self.fixed,
-            taken,
-            len(off),
-            bool(shift),
-        )
+        moved = bool(shift) or (by_log and not clock and not unstamped(taken))
+        fixed, at = key in self.fixed, np.array(times, np.int64)
+        return Track(self.parents[key], at, poses, fixed, taken, len(off), moved)
 
 
 def _by_log(taken: list[Both], shift: int) -> bool:
