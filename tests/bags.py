@@ -94,7 +94,7 @@ class Bag:
         one = {"header": header(t, parent), "child_frame_id": child, "transform": held}
         self.write(topic, "TFMessage", {"transforms": [one]}, t)
 
-    def cloud(self, topic, points, colour, t=0.0, frame="camera", height=None):
+    def cloud(self, topic, points, colour, t=0.0, frame="camera", height=None, logged=None):
         table = np.zeros(len(points), [(n, "<f4") for n in "xyz"] + [("pad", "<u4"), ("rgb", "<u4")])
         for axis, values in zip("xyz", points.T, strict=True):
             table[axis] = values
@@ -112,7 +112,7 @@ class Bag:
             "data": table.tobytes(),
             "is_dense": False,
         }
-        self.write(topic, "PointCloud2", message, t)
+        self.write(topic, "PointCloud2", message, t, logged)
 
 
 def header(t, frame):

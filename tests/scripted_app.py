@@ -50,6 +50,7 @@ class Script:
             waits likewise, unless it is ``watched``.
         ending: raised at the end of the story.
         unseen: raised when a recording is first observed; where it is ``late``, after all frames.
+        noted: what observing says of the recording.
         stopped: whether learning ended because it was asked to.
         tasks: what learning was asked for.
         watches: what observing was asked for.
@@ -65,6 +66,7 @@ class Script:
     ending: Exception | None = None
     unseen: Exception | None = None
     late: bool = False
+    noted: Iterable[str] = ()
     rest: Iterable[Event] = ()
     report: ReplayReport = SAME
     tasks: list[Task] = field(default_factory=list)
@@ -139,6 +141,7 @@ class Script:
             waiting.wait(0.01)
         if not should_stop():
             yield scripted.sighting(begin=TRACKED, lost=LOST)
+            yield from self.noted
             yield scripted.demonstration()
 
 

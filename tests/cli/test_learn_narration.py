@@ -11,6 +11,7 @@ import scripted
 from imitate import cli, events
 from imitate.cli import console
 from imitate.session import session as module
+from imitate.session.source import Source
 from imitate.skill import InitiationSet
 
 DEMONSTRATION = Path(__file__).parents[2] / "fixtures" / "human_stack.npz"
@@ -54,6 +55,21 @@ def test_an_option_is_told_with_its_initiation_set_and_ends_that_miss_it(narrate
     assert "skill 2: initiation set: precision 2/3, recall 2/3 (4 trials, 1 failed)" in said
     assert "skill 2: 1 of 20 ends of skill 1 lie outside its initiation set" in said
     assert not any(line.startswith("skill 3: 0 of") for line in said)
+
+
+@pytest.mark.parametrize(("left_out", "code"), [(0.5, 3), (0.05, 0)])
+def test_what_a_recording_lost_is_told_and_counts(capsys, tmp_path, monkeypatch, left_out, code):
+    monkeypatch.chdir(tmp_path)
+
+    def run(*_, heard, **__):
+        heard(Source("film", "", scripted.demonstration(), notes=("half is gone",), left_out=left_out))
+        return iter(scripted.session())
+
+    monkeypatch.setattr(module, "run", run)
+    with pytest.raises(SystemExit) as end:
+        cli.main(["learn", str(DEMONSTRATION), "--no-rrd"])
+    assert capsys.readouterr().err.splitlines()[0] == f"{DEMONSTRATION}: half is gone"
+    assert end.value.code == code
 
 
 def test_a_session_of_before_there_were_initiation_sets_is_told_without(narrated):

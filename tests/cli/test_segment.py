@@ -6,6 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from imitate.session import source
+from imitate.session.source import Source
+
 FIXTURE = Path(__file__).parents[2] / "fixtures" / "human_stack.npz"
 
 
@@ -38,6 +41,24 @@ def test_json_keeps_its_contract(imitate, mode):
             (["hand"], "cubeA"),
             (["hand", "cubeA"], "cubeB"),
         ]
+
+
+@pytest.mark.parametrize(("left_out", "ends"), [(0.5, 3), (0.05, 0)])
+def test_what_a_recording_lost_is_told_and_counts(imitate, human_stack, monkeypatch, left_out, ends):
+    lost = Source("film", "", human_stack, notes=("half is gone",), left_out=left_out)
+    monkeypatch.setattr(source, "read_source", lambda *_: lost)
+    code, out, err = imitate("segment", "film.mcap", "--json")
+    assert (code, err) == (ends, "film.mcap: half is gone\n")
+    assert len(json.loads(out)["segments"]) == 2
+
+
+def test_times_that_are_no_seconds_are_told(imitate, arrays, tmp_path):
+    np.savez(tmp_path / "ms.npz", **{**arrays, "t": 1000 * (arrays["t"] + 1.7e9)})
+    words = "its times are milliseconds since 1970 and read as such; time_unit in a mapping says otherwise"
+    code, _, err = imitate("segment", tmp_path / "ms.npz")
+    assert (code, err) == (0, f"{tmp_path / 'ms.npz'}: {words}\n")
+    code, out, _ = imitate("info", tmp_path / "ms.npz", "--json")
+    assert (code, json.loads(out)["notes"]) == (0, [words])
 
 
 @pytest.mark.slow

@@ -11,6 +11,7 @@ from imitate.cli.sweep import seeds_of
 from imitate.errors import UsageError
 from imitate.session import sweep as module
 from imitate.session.progress import Progress
+from imitate.session.source import Source
 from imitate.session.sweep import Swept
 
 DEMONSTRATION = Path(__file__).parents[2] / "fixtures" / "human_stack.npz"
@@ -59,7 +60,9 @@ def learn(capsys, tmp_path, monkeypatch):
 
         def pretended(requests, _factory, finished):
             asked.extend(requests)
-            results = tuple(Swept(r, *fate[r.seed], wall_s=61.2) for r in requests)
+            results = tuple(
+                Swept(r, *fate[r.seed][:2], wall_s=61.2, source=[*fate[r.seed], None][2]) for r in requests
+            )
             for swept in reversed(results):
                 finished(swept)
             return results
@@ -107,6 +110,14 @@ def test_all_reproduced_is_done_and_no_viewer_file_is_asked_for(learn):
     assert (code, err) == (0, "seed 0: reproduced, 61 s\n")
     assert "1 of 1 sessions reproduced the task" in out
     assert asked[0].rrd is None
+
+
+@pytest.mark.parametrize(("left_out", "code"), [(0.5, 3), (0.05, 0)])
+def test_what_a_recording_lost_is_told_once_and_counts(learn, left_out, code):
+    lost = Source("film", "", scripted.demonstration(), notes=("half is gone",), left_out=left_out)
+    ends, _, err, _ = learn("--seeds", "0-1", fate=[(*GOOD, lost), (*GOOD, lost)])
+    assert ends == code
+    assert err.count(f"{DEMONSTRATION}: half is gone\n") == 1
 
 
 def test_where_every_session_fails_that_is_the_error(learn):

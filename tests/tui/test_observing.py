@@ -101,6 +101,16 @@ async def test_going_back_shows_what_was_seen(tmp_path: Path) -> None:
         await until(pilot, at(app, "review"))
 
 
+async def test_what_a_recording_lost_is_said(tmp_path: Path) -> None:
+    note = "1 of 361 pictures of /c[d] is left out"
+    app = scripted_app(tmp_path, Script(noted=[note]), RECORDING)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, at(app, "review"))
+        assert any(f"{note}." in notice.message for notice in app._notifications)
+        await gone_back(pilot, app)
+        await until(pilot, lambda: f"Of the recording: {note}." in " ".join(said(app).split()))
+
+
 @pytest.mark.parametrize("column", [0, 20, 40])
 async def test_a_click_on_the_strip_looks_there(tmp_path: Path, column: int) -> None:
     app = scripted_app(tmp_path, source=RECORDING)
