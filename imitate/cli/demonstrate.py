@@ -113,7 +113,11 @@ def _performance(task: str, demonstration: Path | None, seed: int) -> Performanc
     from imitate.world.performance import perform
 
     if demonstration or task == "person":
-        return perform(read_demonstration(demonstration or _fixture(PERSON)))
+        file, notes = demonstration or _fixture(PERSON), list[str]()
+        shown = read_demonstration(file, None, notes)
+        for note in notes:
+            console.narrate(f"{file}: {note}")
+        return perform(shown)
 
     from imitate.world.tasks import make_up
 

@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from imitate.cli import main
@@ -68,6 +69,23 @@ def test_what_is_wrong_is_said(tmp_path, capfd, words, code, message):
     assert run("demonstrate", *words, "-o", tmp_path / "x.mcap") == code
     assert message in capfd.readouterr().err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_how_the_times_of_what_is_filmed_are_read_is_said(moment, tmp_path, capfd):
+    with np.load(moment) as held:
+        np.savez(tmp_path / "ms.npz", **{**held, "t": 1000 * (held["t"] + 1.7e9)})
+    words = (
+        "-o",
+        tmp_path / "film.mcap",
+        "--demonstration",
+        tmp_path / "ms.npz",
+        "--size",
+        "96x72",
+        "--rate",
+        "1",
+    )
+    assert run("demonstrate", "stack", *words) == 0
+    assert f"{tmp_path / 'ms.npz'}: its times are milliseconds since 1970" in capfd.readouterr().err
 
 
 def test_truth_is_written_beside(tmp_path, capfd):
