@@ -45,6 +45,10 @@ class UsageError(ImitateError):
     exit_code = 2
 
 
+class OutputError(ImitateError):
+    """Stdout does not take what is written to it; its cause says why."""
+
+
 class UnknownNameError(UsageError):
     """A name that is not among the valid ones; lists them and the nearest."""
 
@@ -53,6 +57,26 @@ class UnknownNameError(UsageError):
         near = get_close_matches(name, choices, n=1)
         hint = f" Did you mean {near[0]!r}?" if near else ""
         super().__init__(f"unknown {kind} {name!r}.{hint} Valid: {', '.join(choices)}.")
+
+
+def in_words(error: BaseException) -> str:
+    """Any error for the person. What the machine refuses is named as that, and is no fault of imitate."""
+    from concurrent.futures import BrokenExecutor  # it imports logging, which --help has no use for
+
+    if isinstance(error, ImitateError):
+        return str(error)
+    what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+    if isinstance(error, BrokenExecutor):
+        return (
+            f"a process that ran trials died ({error}). Was it killed, or is the memory full? Try again, with "
+            "--workers 1."
+        )
+    if isinstance(error, MemoryError):
+        return f"the memory is full ({what}). Close other programs, or try with --workers 1."
+    if isinstance(error, OSError):
+        why = error.strerror or what
+        return f"{error.filename}: {why}." if error.filename else f"the system refuses to go on: {why}."
+    return f"unexpected {what}. This is a fault of imitate."
 
 
 def _remade(kind: type[ImitateError], args: tuple[Any, ...]) -> ImitateError:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from typing import Annotated
+from functools import wraps
+from typing import Annotated, Any
 
 import typer
 
@@ -23,6 +24,7 @@ from imitate.cli.resume import resume
 from imitate.cli.segment import segment
 from imitate.cli.sessions import sessions
 from imitate.cli.tui import tui
+from imitate.errors import ImitateError, in_words
 
 app = typer.Typer(
     name="imitate",
@@ -50,8 +52,22 @@ VERBS: tuple[Callable[..., None], ...] = (
 )
 """Functions, one per verb, in the order in which --help lists them. Their modules import typer alone."""
 
+
+
+def _whole(verb: Callable[..., None]) -> Callable[..., None]:
+    # click takes any broken pipe for that of stdout, and ends without a word.
+    @wraps(verb)
+    def run(*words: Any, **options: Any) -> None:
+        try:
+            verb(*words, **options)
+        except BrokenPipeError as error:
+            raise ImitateError(in_words(error)) from error
+
+    return run
+
+
 for _verb in VERBS:
-    app.command(_verb.__name__, epilog="With --debug, an error shows its traceback.")(_verb)
+    app.command(_verb.__name__, epilog="With --debug, an error shows its traceback.")(_whole(_verb))
 
 
 def _print_version(wanted: bool) -> None:

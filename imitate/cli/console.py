@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import os
@@ -9,16 +10,17 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from enum import IntEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
 import typer
 
-from imitate.errors import ImitateError
+from imitate.errors import ImitateError, OutputError, in_words
 
 if TYPE_CHECKING:
+    from rich.console import Console
     from rich.progress import Progress, ProgressColumn
     from rich.table import Table
 
@@ -65,6 +67,8 @@ Spawn = Annotated[
 
 _WIDE = 1000
 """characters, more than any table needs."""
+_CONTROLS = {c: f"\\x{c:02x}" for c in (*range(32), *range(127, 160)) if chr(c) not in "\t\n"}
+"""what would steer a terminal, as it is shown instead."""
 
 
 class Exit(IntEnum):
@@ -85,12 +89,14 @@ def run(verb: Callable[[], object], debug: bool = False) -> int:
         verb: may return, raise `SystemExit`, or raise anything else.
         debug: show the traceback of an error before its message.
     """
+    _prepare_streams()
     try:
         try:
             with _terminated():
                 verb()
         finally:
-            sys.stdout.flush()
+            with _writing():
+                sys.stdout.flush()
     except SystemExit as end:
         code = end.code if isinstance(end.code, int) else Exit.DONE if end.code is None else Exit.FAILED
         if code == Exit.INTERRUPTED:  # typer turns KeyboardInterrupt into this
@@ -101,17 +107,46 @@ def run(verb: Callable[[], object], debug: bool = False) -> int:
     except KeyboardInterrupt:
         narrate("interrupted")
         return Exit.INTERRUPTED
-    except BrokenPipeError:
-        # The reader, say `head`, has enough; Python would complain again when it closes stdout.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return Exit.FAILED
+    except OutputError as error:
+        _give_up(sys.stdout)
+        if isinstance(error.__cause__, BrokenPipeError):
+            return Exit.FAILED  # the reader, say `head`, has enough
+        return _fail(str(error), Exit.FAILED, debug)
     except ImitateError as error:
         return _fail(str(error), error.exit_code, debug)
     except Exception as error:
-        what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-        advice = "" if debug else "; run again with --debug to see where"
-        return _fail(f"unexpected {what}. This is a fault of imitate{advice}.", Exit.FAILED, debug)
+        words = in_words(error)
+        if words.startswith("unexpected") and not debug:
+            words = f"{words[:-1]}; run again with --debug to see where."
+        return _fail(words, Exit.FAILED, debug)
     return Exit.DONE
+
+
+def _prepare_streams() -> None:
+    # A closed stream's number would be given to the next file that is opened, and C code prints into it.
+    while (spare := os.open(os.devnull, os.O_RDONLY)) < 3:
+        os.set_inheritable(spare, True)
+    os.close(spare)
+    for number, name in enumerate(("stdout", "stderr"), start=1):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, os.fdopen(number, "w", errors="replace", closefd=False))
+        elif isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # what a terminal has no sign for ends no work
+
+
+@contextmanager
+def _writing() -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise OutputError(f"stdout cannot be written ({error.strerror or error}).") from error
+
+
+def _give_up(stream: TextIO) -> None:
+    # What is left in its buffer goes nowhere: Python would complain again when it closes the stream.
+    with suppress(OSError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 @contextmanager
@@ -131,13 +166,23 @@ def _terminated() -> Iterator[None]:
 
 
 def write(text: str) -> None:
-    """One piece of data, on stdout."""
-    typer.echo(text)
+    """One piece of data, on stdout.
+
+    Raises:
+        OutputError: stdout is closed or full.
+    """
+    with _writing():
+        typer.echo(text.translate(_CONTROLS))
 
 
 def write_json(value: Any) -> None:
     """One JSON value on one line of stdout; never NaN, which is not JSON."""
-    write(json.dumps(value, ensure_ascii=False, allow_nan=False))
+    text = json.dumps(value, ensure_ascii=False, allow_nan=False)
+    try:
+        text.encode(sys.stdout.encoding)
+    except UnicodeEncodeError:
+        text = json.dumps(value, allow_nan=False)
+    write(text)
 
 
 def number(value: float | str) -> float | str:
@@ -146,7 +191,10 @@ def number(value: float | str) -> float | str:
 
 
 def narrate(text: str, wrapped: bool = False) -> None:
-    """One line for the person, on stderr; ``wrapped`` at words, on a terminal, where it is a long one."""
+    """One line for the person, on stderr; ``wrapped`` at words, on a terminal, where it is a long one.
+
+    Where stderr cannot be written nothing is said: no work ends for it.
+    """
     if wrapped and sys.stderr.isatty():
         import shutil
         import textwrap
@@ -155,7 +203,10 @@ def narrate(text: str, wrapped: bool = False) -> None:
         text = textwrap.fill(
             text, width, subsequent_indent="    ", break_long_words=False, break_on_hyphens=False
         )
-    typer.echo(text, err=True)
+    try:
+        typer.echo(text.translate(_CONTROLS), err=True)
+    except OSError:
+        _give_up(sys.stderr)
 
 
 def really(reproduced: Reproduced) -> str:
@@ -167,7 +218,11 @@ def table(*columns: str, right: tuple[str, ...] = (), header: bool = True) -> Ta
     """A table with those columns; the ones in ``right`` hold numbers, which are never cut or wrapped."""
     from rich.table import Table
 
-    made = Table(*columns, box=None, pad_edge=False, collapse_padding=True, show_header=header)
+    class Plain(Table):
+        def add_row(self, *cells: Any, **how: Any) -> None:
+            super().add_row(*(str(cell).translate(_CONTROLS) for cell in cells), **how)
+
+    made = Plain(*columns, box=None, pad_edge=False, collapse_padding=True, show_header=header)
     for column in made.columns:
         if column.header in right:
             column.justify, column.no_wrap = "right", True
@@ -175,13 +230,16 @@ def table(*columns: str, right: tuple[str, ...] = (), header: bool = True) -> Ta
 
 
 def show(result: Table) -> None:
-    """A table on stdout; where that is no terminal, as wide as it has to be."""
-    from rich.console import Console
+    """A table on stdout; where that is no terminal, as wide as it has to be.
 
-    console = Console()
+    Raises:
+        OutputError: stdout is closed or full.
+    """
+    console = _console()
     if not console.is_terminal:
-        console = Console(width=_WIDE)
-    console.print(result, crop=False, soft_wrap=False)
+        console = _console(width=_WIDE)
+    with _writing():
+        console.print(result, crop=False, soft_wrap=False)
 
 
 def progress(*more: ProgressColumn) -> Progress:
@@ -190,12 +248,11 @@ def progress(*more: ProgressColumn) -> Progress:
     Args:
         more: columns at its end.
     """
-    from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-    console = Console(stderr=True)
+    console = _console(stderr=True)
     return Progress(
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         BarColumn(),
         TextColumn("{task.percentage:>3.0f}%"),
         TimeElapsedColumn(),
@@ -204,6 +261,13 @@ def progress(*more: ProgressColumn) -> Progress:
         transient=True,
         disable=not console.is_terminal,
     )
+
+
+def _console(**how: Any) -> Console:
+    # What it prints holds names that other people chose: [left] and :cube: are no markup of ours.
+    from rich.console import Console
+
+    return Console(markup=False, emoji=False, **how)
 
 
 def _fail(message: str, code: int, debug: bool) -> int:

@@ -45,8 +45,10 @@ def follow(
             bar.update(task, **_state(progress, event))
             _narrate(event)
     report = learn_report(progress, log, round(time.monotonic() - began, 3))
-    console.write_json(report) if as_json else _show(progress, report["wall_s"])
-    console.narrate(f"session: {log}" + (f", viewer: {rrd}" if rrd else ""))
+    try:
+        console.write_json(report) if as_json else _show(progress, report["wall_s"])
+    finally:  # where stdout is full, too, it is said where all that was learned is
+        console.narrate(f"session: {log}" + (f", viewer: {rrd}" if rrd else ""))
     if progress.finished and not progress.finished.reproduced:
         console.narrate(progress.finished.advice)
         raise typer.Exit(console.Exit.LOSSY)

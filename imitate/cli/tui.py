@@ -48,7 +48,7 @@ def tui(
 
     engine = with_mapping(file, said) if file and said else None
     own = read_keys(keys) if keys else None
-    photo = photo_of_terminal()
+    photo = photo_of_terminal(console.narrate)
     app = ImitateApp(file, chosen, seed, workers or os.cpu_count() or 1, engine, photo=photo, keys=own)
     app.run()
     if app.state.running:

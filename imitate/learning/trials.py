@@ -18,6 +18,7 @@ import numpy as np
 
 from imitate.errors import ImitateError
 from imitate.geometry import Array
+from imitate.learning.starting import starting
 from imitate.record import SceneSpec, Start
 from imitate.settings import Settings
 from imitate.skill import Policy
@@ -59,9 +60,10 @@ def process_pool(workers: int) -> ExecutorFactory:
 
 
 def _pool(workers: int) -> ProcessPoolExecutor:
-    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_end_with_parent)
-    for _ in range(workers):
-        pool.submit(_import_all)  # a second's work, while whoever made the pool prepares the first task
+    with starting("the processes that run trials"):
+        pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_end_with_parent)
+        for _ in range(workers):
+            pool.submit(_import_all)  # a second's work, while whoever made the pool prepares the first task
     return pool
 
 

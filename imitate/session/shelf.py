@@ -102,7 +102,7 @@ def _entry(path: Path) -> Entry | None:
             return None
         summary = summarise(path)
         started, finished = _ends(path)
-    except FileError:
+    except (FileError, OSError):  # the second where one may not read it, or it is gone by now
         return None
     outcome: Outcome = "running" if is_locked(path) else "cut" if summary.damage else "stopped"
     if finished and not summary.damage:

@@ -12,6 +12,7 @@ from functools import partial
 from multiprocessing import get_context
 from typing import Any
 
+from imitate.errors import ImitateError
 from imitate.learning.trials import process_pool
 
 
@@ -93,7 +94,11 @@ class Sharing(Executor):
 
     def _borrow(self) -> None:
         while self._cores.borrow(len(self._helpers)):
-            helper = process_pool(1)()
+            try:
+                helper = process_pool(1)()
+            except ImitateError:  # the system starts no more processes: this one goes on alone
+                self._cores.give_back(1)
+                return
             self._helpers.append(helper)
             # It takes a second to start: nothing waits for it until it answers.
             helper.submit(os.getpid).add_done_callback(partial(self._use, helper))

@@ -14,8 +14,9 @@ from multiprocessing import get_context, parent_process
 from multiprocessing.synchronize import Event as Flag
 from typing import ParamSpec, TypeVar
 
-from imitate.errors import ImitateError
+from imitate.errors import ImitateError, in_words
 from imitate.formats.output import refuse_existing
+from imitate.learning.starting import starting
 from imitate.learning.trials import ExecutorFactory
 from imitate.session.progress import Progress
 from imitate.session.session import Request, run
@@ -25,6 +26,7 @@ from imitate.session.spare import Cores, Sharing
 _P = ParamSpec("_P")
 _Result = TypeVar("_Result")
 _DEATHS_FORGIVEN = 3
+_WHAT = "the processes that run sessions"
 
 
 @dataclass(frozen=True)
@@ -144,7 +146,12 @@ def session_pool(workers: int, board: Board | None = None) -> ExecutorFactory:
     Cancelling, the end of this process included, stops each session after its present trial: its files are
     whole then, and end where it stopped.
     """
-    return partial(_SessionPool, workers, board)
+    return partial(_made, workers, board)
+
+
+def _made(workers: int, board: Board | None) -> _SessionPool:
+    with starting(_WHAT):
+        return _SessionPool(workers, board)
 
 
 class _SessionPool(ProcessPoolExecutor):
@@ -159,7 +166,8 @@ class _SessionPool(ProcessPoolExecutor):
 
     def submit(self, fn: Callable[_P, _Result], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_Result]:
         self._cores.begin()
-        return super().submit(partial(_counted, fn, *args, **kwargs))
+        with starting(_WHAT):
+            return super().submit(partial(_counted, fn, *args, **kwargs))
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         if cancel_futures:
@@ -227,10 +235,8 @@ def run_session(number: int, request: Request) -> Swept:
                 for event in run(request, _should_stop, _watching, factory=trials, heard=sources.append):
                     progress.fold(event)
                     _note(number, progress)
-        except ImitateError as problem:
-            error = str(problem)
-        except Exception as fault:
-            error = f"unexpected {type(fault).__name__}: {fault}. This is a fault of imitate."
+        except Exception as problem:
+            error = in_words(problem)
         for board in _boards:
             board.clear(number)
     source = sources[0] if sources else None

@@ -19,7 +19,8 @@ from multiprocessing.synchronize import Event as Flag
 from pathlib import Path
 from typing import Any
 
-from imitate.errors import ImitateError
+from imitate.errors import ImitateError, in_words
+from imitate.learning.starting import starting
 
 PATIENCE = 0.2
 """s between two looks at what was asked."""
@@ -121,7 +122,8 @@ def in_child(
 def _started(work: Work, job: Any) -> tuple[BaseProcess, Connection, Asked]:
     spawn = multiprocessing.get_context("spawn")
     # multiprocessing hands the present stderr on to a helper process; Textual's own has no file descriptor.
-    with Path(os.devnull).open("w") as nowhere, redirect_stderr(nowhere):
+    nowhere = Path(os.devnull).open("w")
+    with nowhere, redirect_stderr(nowhere), starting("the process that does the work"):
         ours, theirs = spawn.Pipe(duplex=False)
         asked = Asked(spawn.Event(), spawn.Event(), spawn.Array("i", _NOWHERE))
         child = spawn.Process(target=_child, args=(work, job, theirs, asked), daemon=False)
@@ -144,8 +146,5 @@ def _child(work: Work, job: Any, out: Connection, asked: Asked) -> None:
         out.send(("done", None))
     except BrokenPipeError:
         return
-    except ImitateError as error:
-        out.send(("error", str(error)))
     except Exception as error:
-        what = f"{type(error).__name__}: {error}"
-        out.send(("error", f"Unexpected {what}. This is a fault of imitate."))
+        out.send(("error", in_words(error)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 
 from PIL import Image
@@ -14,7 +15,7 @@ from textual.widget import Widget
 from textual.widgets import DirectoryTree, Label, OptionList, Static, Tree
 from textual.widgets.option_list import Option
 
-from imitate.errors import ImitateError
+from imitate.errors import in_words
 from imitate.tui.engine import Engine
 from imitate.tui.files import Preview
 from imitate.tui.intents import Open
@@ -31,13 +32,11 @@ def ready_files(root: Path) -> list[Path]:
     """What lies in fixtures/ and, newest first, in sessions/."""
     found: list[Path] = []
     for name in FOLDERS:
-        folder = root / name
-        if not folder.is_dir():
-            continue
-        files = [path for path in folder.iterdir() if path.suffix in SUFFIXES and path.is_file()]
-        newest_first = name == "sessions"
-        files.sort(key=lambda p: (-p.stat().st_mtime, p.name) if newest_first else (0.0, p.name))
-        found += files
+        with suppress(OSError):  # there is no such folder, or one may not read it
+            inside = [p for p in (root / name).iterdir() if p.suffix in SUFFIXES and p.is_file()]
+            newest_first = name == "sessions"
+            inside.sort(key=lambda p: (-p.stat().st_mtime, p.name) if newest_first else (0.0, p.name))
+            found += inside
     return found
 
 
@@ -151,10 +150,8 @@ class LoadScreen(StepScreen):
     def _look(self, path: Path) -> None:
         try:
             preview: Preview | str = self._engine.look(path)
-        except ImitateError as error:
-            preview = f"✗ This cannot be opened.\n\n{error}"
         except Exception as error:  # a file of any kind may be selected: say it, and go on
-            preview = f"✗ This cannot be opened.\n\nUnexpected {type(error).__name__}: {error}"
+            preview = f"✗ This cannot be opened.\n\n{in_words(error)}"
         self.app.call_from_thread(self._show, path, preview)
 
     def _show(self, path: Path, preview: Preview | str) -> None:

@@ -10,7 +10,7 @@ from textual.containers import Horizontal, Vertical
 from textual.widget import Widget
 from textual.widgets import Footer, Label, Static
 
-from imitate.errors import ImitateError
+from imitate.errors import ImitateError, in_words
 from imitate.formats.output import free_name
 from imitate.skill import Decision, Segment
 from imitate.tui.choices import TITLE, choices_of
@@ -24,7 +24,7 @@ from imitate.tui.skill_table import Alternatives, SkillTable
 from imitate.tui.state import State, moved
 from imitate.tui.step import StepScreen
 from imitate.tui.timeline import Timeline
-from imitate.tui.words import decided_in_words, in_words, short
+from imitate.tui.words import decided_in_words, short
 
 NUDGE = 0.1  # s
 SAID = 5

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from imitate.demonstration import HAND, Demonstration
-from imitate.errors import ImitateError
 from imitate.events import Evaluated, Reproduced
 from imitate.session.progress import Attempt, Progress
 from imitate.skill import Abstraction, Action
@@ -153,13 +152,6 @@ def short(path: Path, root: Path | None = None) -> str:
         return str(path.resolve().relative_to((root or Path.cwd()).resolve()))
     except ValueError:
         return str(path)
-
-
-def in_words(error: Exception) -> str:
-    """An error for the person."""
-    if isinstance(error, ImitateError):
-        return str(error)
-    return f"Unexpected {type(error).__name__}: {error}. This is a fault of imitate."
 
 
 DEPTH_WORDS = {

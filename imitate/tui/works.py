@@ -11,6 +11,7 @@ from textual.app import App
 from textual.worker import get_current_worker
 
 from imitate.demonstration import Demonstration
+from imitate.errors import in_words
 from imitate.events import Event
 from imitate.skill import Segment
 from imitate.tui import intents
@@ -20,7 +21,6 @@ from imitate.tui.engine import Engine
 from imitate.tui.sighting import Sighting
 from imitate.tui.state import State
 from imitate.tui.teaching import Resumed, Task
-from imitate.tui.words import in_words
 
 Stop = Callable[[], bool]
 """asked often; once it is true the work ends as soon as it may."""

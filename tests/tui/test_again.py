@@ -52,7 +52,7 @@ async def test_the_task_is_run_from_perturbed_starts_and_counted(tmp_path: Path)
         await until(pilot, lambda: app.state.trying.result is not None)
         await until(pilot, lambda: "4 of 5 succeeded = 0.80 [0.38, 0.96]" in said(app, "starts"))
         table = app.screen.query_one(FilmTable)
-        assert [table.get_row_at(k)[1][0] for k in range(5)] == ["✓", "✗", "✓", "✓", "✓"]
+        assert [str(table.get_row_at(k)[1])[0] for k in range(5)] == ["✓", "✗", "✓", "✓", "✓"]
     (runs,) = script.runs
     assert runs.log == tmp_path / SESSION
     assert runs.starts.effective == (5, 0.035, 15.0)

@@ -80,7 +80,7 @@ def test_what_c_code_prints_stays_off_the_screen(capfd: pytest.CaptureFixture[st
     ("work", "message"),
     [
         (refuse, r"stack\.npz: has no array 'hand'\. Name it so\."),
-        (break_down, "Unexpected ZeroDivisionError: division by zero"),
+        (break_down, "unexpected ZeroDivisionError: division by zero"),
         (die, r"ended by itself \(exit code 9\).*--workers 1"),
     ],
 )

@@ -91,10 +91,10 @@ async def test_how_sure_the_boundaries_are_is_shown_for_the_segments_as_they_are
     async with app.run_test(size=(120, 40)) as pilot:
         await until(pilot, at(app, "review"))
         table = app.screen.query_one("#segments", DataTable)
-        await until(pilot, lambda: table.get_row_at(1)[-1] == "7.75–8.50 s")
+        await until(pilot, lambda: str(table.get_row_at(1)[-1]) == "7.75–8.50 s")
         await pilot.press("H")
-        await until(pilot, lambda: table.get_row_at(0)[-1] == "3.65–4.40 s")
-        assert table.get_row_at(2)[-1] == ""
+        await until(pilot, lambda: str(table.get_row_at(0)[-1]) == "3.65–4.40 s")
+        assert str(table.get_row_at(2)[-1]) == ""
         await pilot.resize_terminal(80, 24)
         await until(pilot, lambda: len(table.columns) == 6)
         (label,) = [s for s in str(app.screen.query_one(Timeline).render()).splitlines() if "▲" in s]

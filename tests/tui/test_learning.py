@@ -122,7 +122,7 @@ async def test_going_back_to_a_segment_shows_its_new_formulation(tmp_path: Path)
         table = app.screen.query_one(AttemptTable)
         await until(pilot, lambda: table.row_count == 7)
         assert table.present == 1
-        rows = [table.get_row_at(k) for k in range(7)]
+        rows = [[str(cell) for cell in table.get_row_at(k)] for k in range(7)]
     assert [row[0] for row in rows] == ["1 ┬", "  ├", "  ├", "  └", "2 ┬", "  └", "3"]
     assert rows[1][-1] == "▸ learning"
     assert rows[2][-1] == "○ next"
@@ -192,7 +192,7 @@ async def test_what_comes_next_is_in_the_tree_until_it_is_tried_or_not_needed(tm
         await until(pilot, lambda: len(app.state.attempts) == 1)
         table = app.screen.query_one(AttemptTable)
         await until(pilot, lambda: table.row_count == 5)
-        rows = [table.get_row_at(k) for k in range(5)]
+        rows = [[str(cell) for cell in table.get_row_at(k)] for k in range(5)]
         assert [row[0] for row in rows] == ["1 ┬", "  ├", "  └", "2", "3"]
         assert [row[2] for row in rows] == ["pose", "pose+gripper", "pose", "pose", "pose"]
         assert [row[-1] for row in rows[1:]] == [

@@ -176,8 +176,8 @@ async def test_what_is_far_less_likely_is_said_once_and_stays_marked(tmp_path: P
         )
         assert app.state.decisions[0].kind == "relabel"  # it is not forbidden
         table = app.screen.query_one("#segments", DataTable)
-        await until(pilot, lambda: table.get_row_at(0)[5] == "you !")
-        assert table.get_row_at(0)[3:5] == ["hand, blue*", "green*"]
+        await until(pilot, lambda: str(table.get_row_at(0)[5]) == "you !")
+        assert [*map(str, table.get_row_at(0)[3:5])] == ["hand, blue*", "green*"]
         assert line.display
         await pilot.press("H")  # by little
         await until(pilot, lambda: len(app.state.decisions) == 2 and bool(app.state.doubts))
@@ -186,7 +186,7 @@ async def test_what_is_far_less_likely_is_said_once_and_stays_marked(tmp_path: P
         assert str(line.render()).startswith(" ! skill 1: the motion is e^-13")
         await pilot.press("u", "u")
         await until(pilot, lambda: not app.state.doubts and app.state.undoable == 0)
-        await until(pilot, lambda: table.get_row_at(0)[5] == "auto")
+        await until(pilot, lambda: str(table.get_row_at(0)[5]) == "auto")
         assert not line.display
 
 
@@ -213,7 +213,7 @@ async def test_the_boundary_of_the_operator_is_told_apart(tmp_path: Path) -> Non
         await pilot.press("right")
         await until(pilot, lambda: len(app.state.decisions) == 1)
         table = app.screen.query_one("#segments", DataTable)
-        await until(pilot, lambda: table.get_row_at(0)[1:3] == ["0.00", "4.03*"])
+        await until(pilot, lambda: [*map(str, table.get_row_at(0)[1:3])] == ["0.00", "4.03*"])
         bands = str(app.screen.query_one(Timeline).render()).splitlines()[1]
         assert "║" in bands
         assert "│" in bands
