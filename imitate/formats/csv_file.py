@@ -15,6 +15,7 @@ from imitate.demonstration import Demonstration
 from imitate.errors import FileError
 from imitate.formats.table import Table, columns_of
 from imitate.geometry import Array
+from imitate.text_file import read_text
 
 _REMEDY = "The first line names the columns: t, hand_x … hand_qw, NAME_x … NAME_qw; the others are frames."
 
@@ -22,7 +23,7 @@ _REMEDY = "The first line names the columns: t, hand_x … hand_qw, NAME_x … N
 def csv_table(path: Path) -> Table:
     """Raises FileError for what is no text, has no header or rows of different lengths."""
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        lines = read_text(path).splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise FileError(path, f"cannot be read as text ({error})", _REMEDY) from None
     kept = [(k, line) for k, line in enumerate(lines, start=1) if line.strip() and not line.startswith("#")]

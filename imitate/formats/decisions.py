@@ -13,6 +13,7 @@ from imitate.errors import FileError
 from imitate.formats.json_file import read_json
 from imitate.formats.output import new_file
 from imitate.skill import Decision
+from imitate.text_file import read_text
 
 _DECISIONS = TypeAdapter(tuple[Decision, ...], config=ConfigDict(extra="forbid"))
 _FIELDS: dict[str, tuple[str, ...]] = {
@@ -38,7 +39,7 @@ def read_decisions(path: Path | str) -> tuple[Decision, ...]:
         FileError: missing, not JSON, or a field that is wrong or lacking; the message names it.
     """
     decisions = read_json(path, _DECISIONS, "no such decisions file", _REMEDY)
-    for k, given in enumerate(json.loads(Path(path).read_bytes())):
+    for k, given in enumerate(json.loads(read_text(path))):
         lacking = [field for field in _FIELDS[given["kind"]] if given.get(field) is None]
         if lacking:
             raise FileError(path, f"{k}.{lacking[0]}: missing, and {given['kind']} needs it", _REMEDY)

@@ -8,6 +8,7 @@ from typing import TypeVar
 from pydantic import TypeAdapter, ValidationError
 
 from imitate.errors import FileError
+from imitate.text_file import read_text
 
 T = TypeVar("T")
 
@@ -25,11 +26,13 @@ def read_json(path: Path | str, kind: TypeAdapter[T], missing: str, remedy: str)
         FileError: missing, unreadable, not JSON, or a field that is wrong; names the first.
     """
     try:
-        return kind.validate_json(Path(path).read_bytes())
+        return kind.validate_json(read_text(path))
     except FileNotFoundError:
         raise FileError(path, missing, remedy) from None
     except OSError as error:
         raise FileError(path, f"cannot be read ({error.strerror or error})") from None
+    except UnicodeDecodeError as error:
+        raise FileError(path, f"cannot be read as text ({error})", remedy) from None
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"]))

@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from imitate.demonstration import HAND, TABLE
 from imitate.errors import FileError
 from imitate.geometry import NEARLY
+from imitate.text_file import read_text
 
 Columns = str | Annotated[list[str], Field(min_length=1)]
 """One column or dataset, a part of one as "name[3]" or "name[0:3]", or a list of these."""
@@ -119,7 +120,7 @@ def read_mapping(path: Path | str) -> Mapping:
     """
     path = Path(path)
     try:
-        given = tomllib.loads(path.read_text(encoding="utf-8"))
+        given = tomllib.loads(read_text(path))
     except FileNotFoundError:
         raise FileError(path, "no such mapping file", "Pass a TOML file to --mapping.") from None
     except (OSError, UnicodeDecodeError) as error:

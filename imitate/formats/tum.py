@@ -27,6 +27,7 @@ from imitate.formats.registration import Registration
 from imitate.formats.rgbd_topics import lens_of
 from imitate.rgbd import Intrinsics, RgbdFrame
 from imitate.settings import Perception
+from imitate.text_file import read_text
 
 UNIT = 1 / 5000
 """m of one step of depth."""
@@ -137,7 +138,7 @@ def _decoded(file: Path) -> pictures.Pixels | None:
 def _listed(path: Path, name: str, notes: list[str]) -> list[Line]:
     remedy = "A line is a time in seconds and a file: 1305031102.175304 rgb/1305031102.175304.png"
     try:
-        text = (path / name).read_text(encoding="utf-8")
+        text = read_text(path / name)
     except (OSError, UnicodeDecodeError) as error:
         raise FileError(path / name, f"cannot be read as text ({error})", remedy) from None
     lines = []
@@ -177,7 +178,7 @@ def _calibration(path: Path) -> tuple[float, ...]:
     )
     for name in CALIBRATIONS:
         if (path / name).exists():
-            text = (path / name).read_text(encoding="utf-8", errors="replace")
+            text = (path / name).read_text(encoding="utf-8-sig", errors="replace")
             words = " ".join(line.partition("#")[0] for line in text.splitlines()).replace(",", " ").split()
             try:
                 numbers = tuple(map(float, words))

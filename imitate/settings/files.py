@@ -11,6 +11,7 @@ from pydantic import BaseModel, ValidationError
 
 from imitate.errors import FileError, UnknownNameError, UsageError
 from imitate.settings.modes import OF_MODE, Settings
+from imitate.text_file import read_text
 
 
 def load_settings(path: Path | None = None, overrides: dict[str, Any] | None = None) -> Settings:
@@ -89,7 +90,7 @@ def _toml(value: Any) -> str:
 
 def _read_toml(path: Path) -> dict[str, Any]:
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(read_text(path))
     except FileNotFoundError:
         raise FileError(path, "no such settings file", "Pass a TOML file to --settings.") from None
     except (OSError, UnicodeDecodeError) as error:

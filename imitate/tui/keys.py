@@ -19,6 +19,7 @@ from textual.screen import Screen
 import imitate.tui
 from imitate.errors import FileError, UnknownNameError
 from imitate.settings import dotted
+from imitate.text_file import read_text
 
 _NAMED = {key.value for key in Keys}
 _MODIFIERS = {"ctrl", "shift", "alt"}
@@ -54,7 +55,7 @@ def read_keys(path: Path) -> dict[str, str]:
         UnknownNameError: an id that no key has; names those that there are.
     """
     try:
-        given = dotted(tomllib.loads(path.read_text(encoding="utf-8")))
+        given = dotted(tomllib.loads(read_text(path)))
     except FileNotFoundError:
         raise FileError(path, "no such file of keys", _REMEDY) from None
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:

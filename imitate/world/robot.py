@@ -13,6 +13,7 @@ from typing import Any
 
 from imitate.errors import FileError, UnknownNameError
 from imitate.record import SceneSpec
+from imitate.text_file import read_text
 
 _SHIPPED = Path(__file__).parent / "robots"
 
@@ -101,7 +102,7 @@ def description_of(name: str) -> str:
             raise UnknownNameError("robot", name, shipped)
         path = shipped[name]
     try:
-        return path.read_text(encoding="utf-8")
+        return read_text(path)
     except FileNotFoundError:
         raise FileError(path, "no such robot description") from None
     except (OSError, UnicodeDecodeError) as error:
