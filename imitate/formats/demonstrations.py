@@ -7,6 +7,7 @@ from pathlib import Path
 from imitate.demonstration import Demonstration
 from imitate.errors import DemonstrationError, FileError
 from imitate.formats.kind import table_format
+from imitate.formats.lengths import check_lengths
 from imitate.formats.mapping import Mapping
 from imitate.formats.output import new_file
 from imitate.formats.pose_topics import read_mcap, write_mcap
@@ -34,17 +35,23 @@ def read_demonstration(
     if not path.exists():
         raise FileError(path, "no such file", "Give a demonstration as .npz, .csv, .parquet, .hdf5 or .mcap.")
     try:
-        kind = table_format(path)
-        if kind == "npz" and mapping is None:
-            from imitate.formats.npz import read_npz
-
-            return read_npz(path, notes)
-        if kind is not None:
-            mapping = mapping or Mapping()
-            return demonstration_of(_table(path, kind, mapping), mapping, notes)
-        return read_mcap(path, mapping, notes)
+        read = _read(path, mapping, notes)
     except DemonstrationError as error:
         raise DemonstrationError(f"{path}: {error}") from None
+    check_lengths(path, read)
+    return read
+
+
+def _read(path: Path, mapping: Mapping | None, notes: list[str]) -> Demonstration:
+    kind = table_format(path)
+    if kind == "npz" and mapping is None:
+        from imitate.formats.npz import read_npz
+
+        return read_npz(path, notes)
+    if kind is not None:
+        mapping = mapping or Mapping()
+        return demonstration_of(_table(path, kind, mapping), mapping, notes)
+    return read_mcap(path, mapping, notes)
 
 
 def write_demonstration(demonstration: Demonstration, path: Path | str, force: bool = False) -> None:

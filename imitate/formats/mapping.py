@@ -79,7 +79,7 @@ class Mapping(_Part):
         time: the column of times.
         time_unit: of that column; where not said, seconds, or what counts since 1970.
         rate: frames a second, where there is no such column.
-        length_unit: of positions in the file; lengths in the mapping itself are metres.
+        length_unit: of positions and sizes in the file; lengths in the mapping itself are metres.
         rotation_as: see `RotationAs`.
         episode: which one, of a file with several; by its column, else the parts between jumps of its times.
         root: the frame of an MCAP file in which poses are to be given, z up.

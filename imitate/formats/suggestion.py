@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
+
+import numpy as np
 
 _HAND = re.compile(r"hand|eef|\bee\b|gripper|tcp|tool|palm|wrist", re.IGNORECASE)
 _POSITION = re.compile(r"(?P<body>.*?)[._/ ]?(?:position|pos|xyz)", re.IGNORECASE)
@@ -86,3 +88,12 @@ def suggested_topics(topics: Sequence[str], frames: Sequence[str]) -> str:
         lines += ["", f"[objects.{_key(parts[-1] if parts else 'cube')}]", f"{kind} = {json.dumps(name)}"]
         lines += ["size = [0.04, 0.04, 0.04]   # m, where known"]
     return "\n".join(f"    {line}".rstrip() for line in lines)
+
+
+def suggested_sizes(sizes: Mapping[str, Iterable[float]]) -> str:
+    """The objects with their sizes (3,) in metres, NaN where not known, as a mapping has them."""
+    lines = []
+    for name, size in sizes.items():
+        sides = [float(f"{side:.6g}") for side in size]
+        lines += [f"[objects.{_key(name)}]", *([] if np.isnan(sides).any() else [f"size = {sides}"])]
+    return "\n".join(f"    {line}" for line in lines)

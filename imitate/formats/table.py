@@ -89,7 +89,7 @@ def demonstration_of(table: Table, mapping: FileMapping, notes: list[str]) -> De
         hand=poses.pop(HAND)[rows],
         objects=np.stack(list(poses.values()), axis=1)[rows],
         object_names=tuple(poses),
-        object_sizes=np.array([_size(table, objects[name], known.get(name, {})) for name in poses]),
+        object_sizes=np.array([_size(table, objects[name], known.get(name, {}), mapping) for name in poses]),
         opening=None if opening is None else opening[rows],
     )
 
@@ -188,13 +188,13 @@ def _times(table: Table, mapping: FileMapping, frames: int, notes: list[str]) ->
     return frames_in_time(table.path, _values(table, column, 1, "time")[:, 0], episodes, chosen, notes)
 
 
-def _size(table: Table, body: Body, known: dict[str, str]) -> list[float]:
+def _size(table: Table, body: Body, known: dict[str, str], mapping: FileMapping) -> list[float]:
     if body.size is not None:
         return body.size
     if not all(axis in known for axis in SIZES):
         return [np.nan] * 3
     sizes = _values(table, [known[axis] for axis in SIZES], 3, "size")
-    return [float(column[np.argmin(np.isnan(column))]) for column in sizes.T]
+    return [float(column[np.argmin(np.isnan(column))]) for column in sizes.T * LENGTHS[mapping.length_unit]]
 
 
 def _opening(table: Table, mapping: FileMapping) -> Array | None:
