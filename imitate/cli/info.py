@@ -20,7 +20,7 @@ def info(
     file: Annotated[
         Path,
         typer.Argument(
-            metavar="FILE", help="Any MCAP file, a demonstration, a recording's folder, or a cloud."
+            metavar="FILE", help="Any MCAP file, a demonstration, a folder of a recording or LeRobot's, or a cloud."
         ),
     ],
     as_json: console.Json = False,
@@ -99,7 +99,12 @@ def _demonstration(file: Path) -> dict[str, Any]:
     import numpy as np
 
     from imitate.formats.demonstrations import read_demonstration
+    from imitate.formats.kind import table_format
 
+    if table_format(file) == "lerobot":
+        from imitate.formats.lerobot import facts
+
+        return facts(file)
     notes: list[str] = []
     shown = read_demonstration(file, notes=notes)
     sizes = [None if np.isnan(size).any() else size.tolist() for size in shown.object_sizes]
@@ -157,6 +162,7 @@ def _show(found: dict[str, Any]) -> None:
         "seed",
         "complete",
         "trials",
+        "episodes",
         "frames",
         "bytes",
         "robot",
@@ -182,6 +188,8 @@ def _show(found: dict[str, Any]) -> None:
         facts.add_row("note", note)
     for thing in found.get("objects", ()):
         facts.add_row("object", thing if isinstance(thing, str) else _object(thing))
+    for name, width in found.get("columns", {}).items():
+        facts.add_row("column", f"{name}, {width or 'no'} number{'' if width == 1 else 's'} a row")
     if found.get("attachments"):
         facts.add_row("attached", ", ".join(found["attachments"]))
     for damage in found.get("damage", ()):

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from imitate.errors import FileError
 from imitate.formats import pictures
 from imitate.formats.clouds import unpacked_colour
+from imitate.formats.foxglove_message import foxglove_message
 from imitate.formats.mcap_file import RawMessage
 from imitate.formats.registration import Lens
 from imitate.formats.ros2 import Ros2Decoder
@@ -157,10 +158,10 @@ class CameraReader:
 
     def _message(self, message: RawMessage) -> Any:
         kind = _FOXGLOVE.get(message.schema_name)
-        if kind is not None and message.encoding == "protobuf":
+        if kind is not None and message.encoding in ("protobuf", "json"):
             try:
-                return kind.FromString(message.data)
-            except DecodeError:
+                return foxglove_message(kind, message)
+            except (DecodeError, ValueError):
                 pass
         elif kind is None and (decoded := self._ros.decode(message)) is not None:
             return decoded
@@ -168,7 +169,7 @@ class CameraReader:
             self.path,
             f"{message.topic} holds a message that cannot be read as {message.schema_name} "
             f"(encoded in {message.encoding or '?'}, described in {message.schema_encoding or '?'})",
-            "Expected Foxglove messages in protobuf, or ROS 2 messages in cdr described in ros2msg.",
+            "Expected Foxglove messages in protobuf or json, or ROS 2 messages in cdr described in ros2msg.",
         )
 
 

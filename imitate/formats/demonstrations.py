@@ -1,4 +1,4 @@
-"""Demonstration ⇄ files: NPZ, CSV, Parquet and MCAP both ways, HDF5 to read. A file per format says how."""
+"""Demonstration ⇄ files: NPZ, CSV, Parquet and MCAP both ways; HDF5 and LeRobot's folders to read."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def read_demonstration(
     """A demonstration from its file, whose format its content tells.
 
     Args:
-        path: NPZ, CSV, Parquet, HDF5 or MCAP.
+        path: NPZ, CSV, Parquet, HDF5 or MCAP, or a folder of LeRobot's.
         mapping: what the file's columns, topics and frames mean, where their names do not say so.
         notes: gets what the person ought to know of how it was read, in words.
 
@@ -88,6 +88,10 @@ def _table(path: Path, kind: str, mapping: Mapping) -> Table:
         from imitate.formats.parquet import parquet_table
 
         return parquet_table(path, mapping.episode)
+    if kind == "lerobot":
+        from imitate.formats.lerobot import lerobot_table
+
+        return lerobot_table(path, mapping.episode)
     from imitate.formats.hdf5 import hdf5_table
 
     return hdf5_table(path, mapping.episode)

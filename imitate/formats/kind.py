@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,9 +10,10 @@ from typing import Literal
 
 from imitate.errors import FileError
 from imitate.formats.mcap_contents import contents
+from imitate.formats.mcap_file import FROM_ROS1
 
 Kind = Literal["demonstration", "recording", "session", "cloud"]
-TableFormat = Literal["npz", "csv", "parquet", "hdf5"]
+TableFormat = Literal["npz", "csv", "parquet", "hdf5", "lerobot"]
 POSE_SCHEMAS = (
     "foxglove.PoseInFrame",
     "foxglove.FrameTransform",
@@ -23,6 +25,8 @@ POSE_SCHEMAS = (
 )
 _FRAMES = {"foxglove.FrameTransform", "foxglove.FrameTransforms", "tf2_msgs/msg/TFMessage"}
 """those of them that a camera's recording has too."""
+LEROBOT = Path("meta", "info.json")
+"""what a folder in LeRobot's layout has."""
 METADATA = "imitate"
 """the metadata record that says what one of our own MCAP files is, under the key "kind"."""
 PICTURES = frozenset(
@@ -33,6 +37,8 @@ PICTURES = frozenset(
         "sensor_msgs/msg/CompressedImage",
     }
 )
+_ROS1 = re.compile(r"\w+_msgs/\w+")
+"""a schema of ROS 1; in ROS 2 it is geometry_msgs/msg/PoseStamped."""
 CLOUDS = frozenset({"foxglove.PointCloud", "sensor_msgs/msg/PointCloud2"})
 
 
@@ -63,17 +69,18 @@ def kind_of(path: Path | str) -> Kind:
     if kind == "demonstration" or schemas & set(POSE_SCHEMAS):
         return "demonstration"
     damage = f"; it is {inside.damage[0]}" if inside.damage else ""
+    expected = f"A recording has colour and depth images, a demonstration {POSE_SCHEMAS[0]} topics."
     raise FileError(
         path,
         f"holds no recording, demonstration or session: {listed(inside.topics)}{damage}",
-        f"A recording has colour and depth images, a demonstration {POSE_SCHEMAS[0]} topics.",
+        FROM_ROS1 if any(map(_ROS1.fullmatch, schemas)) else expected,
     )
 
 
 def table_format(path: Path) -> TableFormat | None:
-    """Which format of arrays or columns a file has, by its content and for text by its suffix."""
-    if not path.is_file():
-        return None
+    """Which format of arrays or columns a file or a folder has, by its content and for text by its suffix."""
+    if path.is_dir():
+        return "lerobot" if (path / LEROBOT).is_file() else None
     if path.suffix.lower() in (".npz", ".npy") or zipfile.is_zipfile(path):
         return "npz"
     with path.open("rb") as stream:
@@ -96,6 +103,8 @@ def refuse_cloud(path: Path, kind: Kind) -> None:
 
 
 def _kind_of_folder(path: Path) -> Kind:
+    if table_format(path):
+        return "demonstration"
     lacking = [name for name in ("rgb.txt", "depth.txt") if not (path / name).is_file()]
     if not lacking:
         return "recording"
@@ -104,7 +113,10 @@ def _kind_of_folder(path: Path) -> Kind:
         names = ", ".join(file.name for file in inside[:4])
         raise FileError(path, f"is a folder with {names}", f"Name the file inside it: {inside[0]}")
     problem = f"is a folder without {' and '.join(lacking)}"
-    raise FileError(path, problem, "A recording in the layout of the TUM RGB-D benchmark has both.")
+    remedy = (
+        f"A recording in the layout of the TUM RGB-D benchmark has both, demonstrations in LeRobot's {LEROBOT}."
+    )
+    raise FileError(path, problem, remedy)
 
 
 def _is_cloud(path: Path) -> bool:

@@ -22,9 +22,10 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 from imitate.errors import FileError
 
 MAGIC = b"\x89MCAP0\r\n"
+FROM_ROS1 = "ROS 1 is not read; rosbags-convert, of the package rosbags, makes a ROS 2 bag of it, in MCAP."
 _CONVERT = {
     b"SQLite f": "A ROS 2 bag in SQLite becomes MCAP with `mcap convert FILE.db3 FILE.mcap`.",
-    b"#ROSBAG ": "A ROS 1 bag becomes MCAP with `mcap convert FILE.bag FILE.mcap`.",
+    b"#ROSBAG ": FROM_ROS1,
 }
 """first bytes → what to do."""
 LARGEST_CHUNK = 1 << 30

@@ -1,7 +1,7 @@
 """Poses in an MCAP file, whoever wrote it: a track for each topic of poses and each frame of a tree.
 
-Read are foxglove.PoseInFrame, FrameTransform and FrameTransforms in Protocol Buffers, and in ROS 2's own
-encoding geometry_msgs/PoseStamped, PoseWithCovarianceStamped and TransformStamped and tf2_msgs/TFMessage. The
+Read are foxglove.PoseInFrame, FrameTransform and FrameTransforms in Protocol Buffers or JSON, and in ROS 2's
+own encoding geometry_msgs/PoseStamped, PoseWithCovarianceStamped and TransformStamped and tf2_msgs/TFMessage. The
 hand's opening is a number: std_msgs/Float64, Float32, Float64MultiArray, Float32MultiArray or
 sensor_msgs/JointState, of several numbers the sum of their absolute values.
 """
@@ -23,6 +23,7 @@ from google.protobuf.message import DecodeError
 from imitate.demonstration import LONGEST_GAP
 from imitate.errors import FileError
 from imitate.formats.clock import ASTRAY, SECOND, Both, on_one_clock, unstamped
+from imitate.formats.foxglove_message import foxglove_message
 from imitate.formats.mcap_file import McapReader, RawMessage
 from imitate.formats.opening import is_opening
 from imitate.formats.ros2 import Ros2Decoder
@@ -153,16 +154,16 @@ def _plain(frame: str) -> str:
 
 
 def _foxglove_pose(message: RawMessage) -> Iterator[_Row]:
-    m = PoseInFrame.FromString(message.data)
+    m = foxglove_message(PoseInFrame, message)
     yield m.frame_id, "", m.timestamp.ToNanoseconds(), _row(m.pose.position, m.pose.orientation)
 
 
 def _foxglove_transform(message: RawMessage) -> Iterator[_Row]:
-    yield _transform(FrameTransform.FromString(message.data))
+    yield _transform(foxglove_message(FrameTransform, message))
 
 
 def _foxglove_transforms(message: RawMessage) -> Iterator[_Row]:
-    yield from map(_transform, FrameTransforms.FromString(message.data).transforms)
+    yield from map(_transform, foxglove_message(FrameTransforms, message).transforms)
 
 
 def _transform(m: FrameTransform) -> _Row:
@@ -218,8 +219,11 @@ def _row(p: Any, q: Any) -> list[float]:
 
 READERS: dict[tuple[str, str], Callable[[RawMessage], Iterator[_Row]]] = {
     ("foxglove.PoseInFrame", "protobuf"): _foxglove_pose,
+    ("foxglove.PoseInFrame", "json"): _foxglove_pose,
     ("foxglove.FrameTransform", "protobuf"): _foxglove_transform,
+    ("foxglove.FrameTransform", "json"): _foxglove_transform,
     ("foxglove.FrameTransforms", "protobuf"): _foxglove_transforms,
+    ("foxglove.FrameTransforms", "json"): _foxglove_transforms,
     ("geometry_msgs/msg/PoseStamped", "cdr"): _ros2_pose,
     ("geometry_msgs/msg/PoseWithCovarianceStamped", "cdr"): _ros2_pose,
     ("geometry_msgs/msg/TransformStamped", "cdr"): _ros2_transform,

@@ -33,9 +33,15 @@ class Evidence:
     table: float = -np.inf
 
 
-def log_prior(objects: int) -> float:
-    """log p(q), uniform over all abstractions of K objects: K references, 2^(K−1) sets without it."""
-    return -float(np.log(objects) + (objects - 1) * np.log(2))
+def log_prior(objects: int, going: int | None = None) -> float:
+    """log p(q), uniform over all abstractions of K objects: K references, 2^(K−1) sets without it.
+
+    Args:
+        objects: K.
+        going: how many of them may be in a set at all, where that is known; else all may.
+    """
+    others = objects - 1 if going is None else min(going, objects - 1)
+    return -float(np.log(objects) + others * np.log(2))
 
 
 def best_scores(evidence: Evidence) -> Array:

@@ -40,9 +40,10 @@ def ready_files(root: Path) -> list[Path]:
     return found
 
 
-def can_be_recording(folder: Path) -> bool:
-    """Whether a folder is a recording of the TUM kind."""
-    return (folder / "rgb.txt").exists() and (folder / "depth.txt").exists()
+def can_be_opened(folder: Path) -> bool:
+    """Whether a folder is a recording of the TUM kind, or in LeRobot's layout."""
+    recording = (folder / "rgb.txt").exists() and (folder / "depth.txt").exists()
+    return recording or (folder / "meta" / "info.json").exists()
 
 
 class Openable(DirectoryTree):
@@ -135,13 +136,13 @@ class LoadScreen(StepScreen):
 
     def action_open(self) -> None:
         """Open what is selected, a recording's folder too."""
-        if self.selected and (self.selected.is_file() or can_be_recording(self.selected)):
+        if self.selected and (self.selected.is_file() or can_be_opened(self.selected)):
             self.post_message(Open(self.selected))
 
     def _select(self, path: Path) -> None:
         self.selected = path
         self.query_one("#name", Label).update(short(path, self._root))
-        if path.is_dir() and not can_be_recording(path):
+        if path.is_dir() and not can_be_opened(path):
             self._show(path, "a folder")
         else:
             self._look(path)
