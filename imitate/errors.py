@@ -68,7 +68,7 @@ def in_words(error: BaseException) -> str:
     what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
     if isinstance(error, BrokenExecutor):
         return (
-            f"a process that ran trials died ({error}). Was it killed, or is the memory full? Try again, with "
+            f"a process that ran trials died ({error}). Was it killed, or is the memory full? Try again with "
             "--workers 1."
         )
     if isinstance(error, MemoryError):

@@ -53,7 +53,6 @@ VERBS: tuple[Callable[..., None], ...] = (
 """Functions, one per verb, in the order in which --help lists them. Their modules import typer alone."""
 
 
-
 def _whole(verb: Callable[..., None]) -> Callable[..., None]:
     # click takes any broken pipe for that of stdout, and ends without a word.
     @wraps(verb)

@@ -20,7 +20,8 @@ def info(
     file: Annotated[
         Path,
         typer.Argument(
-            metavar="FILE", help="Any MCAP file, a demonstration, a folder of a recording or LeRobot's, or a cloud."
+            metavar="FILE",
+            help="Any MCAP file, a demonstration, a folder of a recording or LeRobot's, or a cloud.",
         ),
     ],
     as_json: console.Json = False,

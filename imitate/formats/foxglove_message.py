@@ -1,4 +1,4 @@
-"""Foxglove's messages in either of their encodings that are read: Protocol Buffers, or JSON by its schemas."""
+"""Foxglove's messages in the two of their encodings that are read: Protocol Buffers and JSON."""
 
 from __future__ import annotations
 

@@ -114,7 +114,8 @@ def _kind_of_folder(path: Path) -> Kind:
         raise FileError(path, f"is a folder with {names}", f"Name the file inside it: {inside[0]}")
     problem = f"is a folder without {' and '.join(lacking)}"
     remedy = (
-        f"A recording in the layout of the TUM RGB-D benchmark has both, demonstrations in LeRobot's {LEROBOT}."
+        "A recording in the layout of the TUM RGB-D benchmark has both; demonstrations in LeRobot's layout "
+        f"have {LEROBOT}."
     )
     raise FileError(path, problem, remedy)
 

@@ -41,7 +41,7 @@ def check_lengths(path: Path, demonstration: Demonstration) -> None:
         mended = dict(zip(names, demonstration.object_sizes * factors[:, None], strict=True))
         raise FileError(
             path,
-            f"gives {names[k]!r} a size of {said}, which cannot be metres where positions lie {apart:.2g} m apart",
+            f"gives {names[k]!r} a size of {said}, which cannot be metres, with positions {apart:.2g} m apart",
             "Say it in a mapping, and pass it with --mapping FILE.toml:\n\n" + suggested_sizes(mended),
         )
 
@@ -53,4 +53,3 @@ def _apart(demonstration: Demonstration) -> float:
     positions = np.concatenate([d.hand[frames, None, :3], d.objects[frames, :, :3]], axis=1).reshape(-1, 3)
     low, high = np.nanpercentile(positions, [5, 95], axis=0)
     return float((high - low).max())
-

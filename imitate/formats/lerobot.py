@@ -1,7 +1,7 @@
 """A folder in LeRobot's layout → columns of one episode.
 
-meta/info.json says what there is. Since version 3 of the layout a file under data/ holds many episodes, before
-that one, data/chunk-000/episode_000000.parquet.
+meta/info.json says what there is. Since version 3 of the layout a file under data/ holds many episodes; before,
+it held one: data/chunk-000/episode_000000.parquet.
 """
 
 from __future__ import annotations
@@ -53,7 +53,9 @@ def _episodes(folder: Path) -> dict[int, Path]:
     try:
         numbers = [pq.read_table(file, columns=[_EPISODE])[_EPISODE].unique().to_pylist() for file in files]
     except (pa.ArrowException, OSError, ValueError, KeyError) as error:
-        raise FileError(folder, f"cannot be read ({' '.join(str(error).split())})", "Copy it again.") from None
+        raise FileError(
+            folder, f"cannot be read ({' '.join(str(error).split())})", "Copy it again."
+        ) from None
     if not any(numbers):
         remedy = "In LeRobot's layout they are in data/chunk-000. Was the whole folder copied?"
         raise FileError(folder, "has meta/info.json and no episodes", remedy)

@@ -1,8 +1,8 @@
 """Poses in an MCAP file, whoever wrote it: a track for each topic of poses and each frame of a tree.
 
 Read are foxglove.PoseInFrame, FrameTransform and FrameTransforms in Protocol Buffers or JSON, and in ROS 2's
-own encoding geometry_msgs/PoseStamped, PoseWithCovarianceStamped and TransformStamped and tf2_msgs/TFMessage. The
-hand's opening is a number: std_msgs/Float64, Float32, Float64MultiArray, Float32MultiArray or
+own encoding geometry_msgs/PoseStamped, PoseWithCovarianceStamped and TransformStamped and tf2_msgs/TFMessage.
+The hand's opening is a number: std_msgs/Float64, Float32, Float64MultiArray, Float32MultiArray or
 sensor_msgs/JointState, of several numbers the sum of their absolute values.
 """
 

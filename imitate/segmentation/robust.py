@@ -42,7 +42,7 @@ class RobustScore:
         ]
         self._where: Array = np.stack(places[1:], axis=1)
         self._close = self._closeness(self._where - places[0][:, None])
-        # an object that goes along in no segment whatever is in no set: 500 that lie about would forbid any cut
+        # an object that goes along in no segment is in no set: else 500 that lie about would forbid any cut
         rises = (self._sum - np.minimum.accumulate(self._sum, axis=0)).max(axis=0)
         going = int(np.count_nonzero(rises > settings.object_penalty))
         self.prior = log_prior(len(d.object_names), going)

@@ -122,8 +122,8 @@ def in_child(
 def _started(work: Work, job: Any) -> tuple[BaseProcess, Connection, Asked]:
     spawn = multiprocessing.get_context("spawn")
     # multiprocessing hands the present stderr on to a helper process; Textual's own has no file descriptor.
-    nowhere = Path(os.devnull).open("w")
-    with nowhere, redirect_stderr(nowhere), starting("the process that does the work"):
+    what = "the process that does the work"
+    with Path(os.devnull).open("w") as nowhere, redirect_stderr(nowhere), starting(what):
         ours, theirs = spawn.Pipe(duplex=False)
         asked = Asked(spawn.Event(), spawn.Event(), spawn.Array("i", _NOWHERE))
         child = spawn.Process(target=_child, args=(work, job, theirs, asked), daemon=False)

@@ -135,7 +135,7 @@ class LoadScreen(StepScreen):
         self.post_message(Open(event.path))
 
     def action_open(self) -> None:
-        """Open what is selected, a recording's folder too."""
+        """Open what is selected, a folder that holds something too."""
         if self.selected and (self.selected.is_file() or can_be_opened(self.selected)):
             self.post_message(Open(self.selected))
 

@@ -12,12 +12,16 @@ from textual.widgets.data_table import ColumnKey, RowKey
 class Table(DataTable[Text]):
     """A table of plain text, drawn anew when its columns have become wider.
 
-    Textual takes a string for markup, in which the name "cube[left]" is "cube"; and it keeps a line as long as
-    no cell changes: drawn between a change and the new widths it would stay.
+    Textual takes a string for markup, in which the name "cube[left]" is "cube". And it keeps a line as long
+    as no cell changes: drawn between a change and the new widths it would stay.
     """
 
     def add_row(
-        self, *cells: str | Text, height: int | None = 1, key: str | None = None, label: str | Text | None = None
+        self,
+        *cells: str | Text,
+        height: int | None = 1,
+        key: str | None = None,
+        label: str | Text | None = None,
     ) -> RowKey:
         """As Textual's, of plain text."""
         return super().add_row(*map(_plain, cells), height=height, key=key, label=label)
