@@ -220,7 +220,7 @@ def table(*columns: str, right: tuple[str, ...] = (), header: bool = True) -> Ta
 
     class Plain(Table):
         def add_row(self, *cells: Any, **how: Any) -> None:
-            super().add_row(*(str(cell).translate(_CONTROLS) for cell in cells), **how)
+            super().add_row(*(str(cell).translate(_CONTROLS | {10: "\\n"}) for cell in cells), **how)
 
     made = Plain(*columns, box=None, pad_edge=False, collapse_padding=True, show_header=header)
     for column in made.columns:

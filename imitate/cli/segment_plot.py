@@ -67,7 +67,7 @@ def segment_figure(
     d = demonstration
     unseen = {name: ~d.seen(name) for name in (HAND, *d.object_names) if not d.seen(name).all()}
     heights = [0.9, 2.2, 1.8, 1.3, *([0.25 + 0.16 * len(unseen)] if unseen else [])]
-    with matplotlib.rc_context(STYLE):
+    with matplotlib.rc_context({**STYLE, "text.parse_math": False}):  # "$" stands in names, and so does "_"
         figure = Figure(figsize=(WIDTH, 1.05 * sum(heights) + 0.5), layout="constrained")
         rows: list[Axes] = list(figure.subplots(len(heights), 1, sharex=True, height_ratios=heights))
         figure.suptitle(title, fontsize=9)
@@ -93,7 +93,7 @@ def _distances(row: Axes, d: Demonstration) -> None:
     t = d.t - d.t[0]
     for k, name in enumerate(d.object_names):
         apart = np.linalg.norm(d.pose_of(name)[:, :3] - d.hand[:, :3], axis=1)
-        row.plot(t, apart, label=name, **style(k))
+        row.plot(t, apart, label=f" {name}" if name.startswith("_") else name, **style(k))
     if d.opening is not None:
         row.plot(t, d.opening, label="opening of the hand", color="0.2", linewidth=0.8)
     row.set_ylim(bottom=0)

@@ -41,7 +41,7 @@ def check_lengths(path: Path, demonstration: Demonstration) -> None:
         mended = dict(zip(names, demonstration.object_sizes * factors[:, None], strict=True))
         raise FileError(
             path,
-            f"gives {names[k]!r} a size of {said}, which cannot be metres, with positions {apart:.2g} m apart",
+            f"gives {names[k]!r} a size of {said}, which cannot be metres: positions lie {apart:.2g} apart",
             "Say it in a mapping, and pass it with --mapping FILE.toml:\n\n" + suggested_sizes(mended),
         )
 

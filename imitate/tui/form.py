@@ -78,7 +78,7 @@ class FormScreen(ModalScreen[dict[str, str] | None]):
                         yield Label(field.label, markup=False)
                         yield Input(field.value, id=field.name, compact=True)
                         yield Static(field.about, markup=False, classes="about")
-            yield Static("", id="faults")
+            yield Static("", id="faults", markup=False)
         yield Footer(show_command_palette=False)
 
     def on_mount(self) -> None:

@@ -72,7 +72,7 @@ class LearnScreen(StepScreen):
         yield Static("", id="banner", markup=False)
         yield AttemptTable()
         yield Horizontal(
-            Vertical(CostCurve(), ForceCurve(), Label("", id="key"), id="curves"),
+            Vertical(CostCurve(), ForceCurve(), Label("", id="key", markup=False), id="curves"),
             Static("", id="words", markup=False),
             id="watch",
         )

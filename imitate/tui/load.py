@@ -95,9 +95,9 @@ class LoadScreen(StepScreen):
         tree.guide_depth = 2
         yield Horizontal(
             Vertical(
-                Label("Ready to open"),
+                Label("Ready to open", markup=False),
                 OptionList(*options, id="ready", markup=False),
-                Label("Folders"),
+                Label("Folders", markup=False),
                 tree,
                 id="files",
             ),

@@ -24,8 +24,8 @@ class HelpScreen(ModalScreen[None]):
         rows = [Content.assemble((f"{key:>16}", "bold $text-accent"), "  ", what) for key, what in self._keys]
         with VerticalScroll(classes="note"):
             yield Static(self._about, markup=False)
-            yield Static("")
-            yield Static(Content("\n").join(rows))
+            yield Static("", markup=False)
+            yield Static(Content("\n").join(rows), markup=False)
         yield Footer(show_command_palette=False)
 
 

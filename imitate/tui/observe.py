@@ -71,7 +71,7 @@ class ObserveScreen(StepScreen):
         yield Horizontal(
             Overlay(),
             VerticalScroll(
-                Static(id="doing"),
+                Static(id="doing", markup=False),
                 ProgressBar(total=100, show_eta=False),
                 id="said",
                 can_focus=False,

@@ -52,7 +52,7 @@ class ReviewScreen(StepScreen):
         yield Timeline()
         yield Horizontal(
             Vertical(SkillTable(), id="cut"),
-            Vertical(Label("", id="ranked"), Alternatives(), id="others"),
+            Vertical(Label("", id="ranked", markup=False), Alternatives(), id="others"),
             id="middle",
         )
         yield Looking()
