@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -67,10 +68,11 @@ def read_source(
             path, "is a session", f"Give the demonstration it was learned from, or: imitate replay {path}"
         )
     refuse_cloud(path, kind)
+    name = os.fsencode(path.name).decode(errors="replace")  # a name need not be text, and a log holds text
     digest, notes = _hash(path), list[str]()
     if kind == "demonstration":
         demonstration = read_demonstration(path, mapping, notes)
-        return Source(path.name, digest, demonstration, notes=tuple(notes))
+        return Source(name, digest, demonstration, notes=tuple(notes))
     from imitate.perception.observe import observe  # Open3D takes seconds, and trajectories need none of it
 
     recording = open_recording(path, settings.perception)
@@ -79,7 +81,7 @@ def read_source(
     notes += recording.notes
     notes += [f"{name}: out of sight in {frames} frames; missing there" for name, frames in lost.items()]
     shown = seen.demonstration
-    return Source(path.name, digest, shown, lost, shown.object_names, tuple(notes), recording.left_out)
+    return Source(name, digest, shown, lost, shown.object_names, tuple(notes), recording.left_out)
 
 
 def _hash(path: Path) -> str:

@@ -34,7 +34,7 @@ class TrackRows(Static):
         frame: int
 
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__(markup=False)
         self._shown: tuple[Sighting, int, frozenset[str]] | None = None
 
     def show(self, sighting: Sighting, frame: int, left_out: frozenset[str] = frozenset()) -> None:
