@@ -1,8 +1,11 @@
 """Streams and exit codes."""
 
 import json
+import os
 import subprocess
 import sys
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
 
 import pytest
 import typer
@@ -130,3 +133,79 @@ def test_a_verb_chooses_its_exit_code():
         raise typer.Exit(console.Exit.LOSSY)
 
     assert console.run(lambda: small([])) == 3
+
+
+def started(code: str, **how: object) -> subprocess.CompletedProcess[str]:
+    """What a process of its own says, which runs ``code`` as a verb."""
+    words = f"from imitate.cli import console\nimport sys\ndef verb():\n    {code}\nsys.exit(console.run(verb))"
+    options = {"text": True, "check": False} | how
+    return subprocess.run([sys.executable, "-c", words], **options)  # type: ignore[call-overload]
+
+
+TABLE = "t = console.table('a', 'b'); t.add_row('1.0–2.0', '⟨é⟩'); console.show(t); console.write('⟨done⟩')"
+
+
+@pytest.mark.parametrize("encoding", ["latin-1", "koi8-r"])
+def test_a_terminal_without_our_signs_gets_others_and_ends_no_work(encoding):
+    environment = os.environ | {"PYTHONIOENCODING": encoding}
+    code = f"console.narrate('⟨hand⟩'); {TABLE}"
+    done = started(code, capture_output=True, env=environment, encoding=encoding)
+    assert (done.returncode, done.stderr) == (0, "?hand?\n")
+    assert "1.0?2.0" in done.stdout
+    assert done.stdout.endswith("?done?\n")
+
+
+def test_json_on_such_a_terminal_says_all():
+    environment = os.environ | {"PYTHONIOENCODING": "latin-1"}
+    done = started("console.write_json({'a': '⟨é⟩ \\udce9'})", capture_output=True, env=environment)
+    assert json.loads(done.stdout) == {"a": "⟨é⟩ \udce9"}
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
+@pytest.mark.parametrize("said", ["console.write('all')", TABLE, "console.write_json([])"])
+def test_a_full_disk_is_no_fault_of_ours(said):
+    with Path("/dev/full").open("w") as full:
+        done = started(said, stdout=full, stderr=subprocess.PIPE)
+    assert done.returncode == 1
+    assert done.stderr == "error: stdout cannot be written (No space left on device).\n"
+    with Path("/dev/full").open("w") as full:
+        done = started("console.narrate('lost'); console.write('kept')", stdout=subprocess.PIPE, stderr=full)
+    assert (done.returncode, done.stdout) == (0, "kept\n")
+
+
+def test_closed_streams_are_never_given_to_a_file(tmp_path):
+    code = f"open({str(tmp_path / 'new')!r}, 'w').close(); import os; os.write(1, b'C code')"
+    words = [sys.executable, "-c", f"from imitate.cli import console\ndef verb():\n    {code}\nconsole.run(verb)"]
+    shell = ["sh", "-c", '"$@" >&- 2>&-', "sh", *words]
+    subprocess.run(shell, check=False)
+    assert (tmp_path / "new").read_text() == ""
+
+
+def test_a_closed_stdout_is_named():
+    words = "from imitate.cli import console\nimport sys\nsys.exit(console.run(lambda: console.write('data')))"
+    shell = ["sh", "-c", '"$@" >&-', "sh", sys.executable, "-c", words]
+    done = subprocess.run(shell, stderr=subprocess.PIPE, text=True, check=False)
+    assert (done.returncode, done.stderr) == (1, "error: stdout cannot be written (Bad file descriptor).\n")
+
+
+@pytest.mark.parametrize(
+    ("error", "message"),
+    [
+        (PermissionError(13, "Permission denied", "a.npz"), "error: a.npz: Permission denied.\n"),
+        (OSError(28, "No space left on device"), "the system refuses to go on: No space left on device."),
+        (MemoryError("Unable to allocate 3 TiB"), "error: the memory is full (MemoryError: Unable to"),
+        (BrokenProcessPool("terminated abruptly"), "error: a process that ran trials died (terminated"),
+        (BrokenPipeError(32, "Broken pipe"), "error: the system refuses to go on: Broken pipe.\n"),
+    ],
+)
+def test_what_the_system_refuses_is_no_fault_of_ours(error, message, capsys, monkeypatch):
+    def refuse(*_: object, **__: object) -> None:
+        raise error
+
+    monkeypatch.setattr("imitate.formats.mcap_contents.contents", refuse)
+    with pytest.raises(SystemExit) as end:
+        cli.main(["info", str(Path(__file__))])
+    said = capsys.readouterr().err
+    assert end.value.code == 1
+    assert message in said
+    assert "fault" not in said
