@@ -22,8 +22,11 @@ def foxglove_message(kind: type[M], message: RawMessage) -> M:
     """
     if message.encoding != "json":
         return kind.FromString(message.data)
+    fields = json.loads(message.data, object_hook=_timed)
+    if not isinstance(fields, dict):
+        raise ValueError("it has no fields")
     try:
-        return ParseDict(json.loads(message.data, object_hook=_timed), kind(), ignore_unknown_fields=True)
+        return ParseDict(fields, kind(), ignore_unknown_fields=True)
     except ParseError as error:
         raise ValueError(str(error)) from None
 

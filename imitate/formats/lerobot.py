@@ -1,7 +1,7 @@
 """A folder in LeRobot's layout → columns of one episode.
 
-meta/info.json says what there is. Since version 3 of the layout a file in data/ holds many episodes; before, it
-held one: data/chunk-000/episode_000000.parquet.
+meta/info.json says what there is. Since version 3 of the layout a file in data/ holds many episodes, and
+before it one: data/chunk-000/episode_000000.parquet.
 """
 
 from __future__ import annotations

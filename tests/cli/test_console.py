@@ -137,9 +137,14 @@ def test_a_verb_chooses_its_exit_code():
 
 def started(code: str, **how: object) -> subprocess.CompletedProcess[str]:
     """What a process of its own says, which runs ``code`` as a verb."""
-    words = f"from imitate.cli import console\nimport sys\ndef verb():\n    {code}\nsys.exit(console.run(verb))"
     options = {"text": True, "check": False} | how
-    return subprocess.run([sys.executable, "-c", words], **options)  # type: ignore[call-overload]
+    return subprocess.run(program(code), **options)  # type: ignore[call-overload]
+
+
+def program(code: str) -> list[str]:
+    """The words that start such a process."""
+    verb = f"def verb():\n    {code}\nsys.exit(console.run(verb))"
+    return [sys.executable, "-c", f"from imitate.cli import console\nimport os, sys\n{verb}"]
 
 
 TABLE = "t = console.table('a', 'b'); t.add_row('1.0–2.0', '⟨é⟩'); console.show(t); console.write('⟨done⟩')"
@@ -174,16 +179,13 @@ def test_a_full_disk_is_no_fault_of_ours(said):
 
 
 def test_closed_streams_are_never_given_to_a_file(tmp_path):
-    code = f"open({str(tmp_path / 'new')!r}, 'w').close(); import os; os.write(1, b'C code')"
-    words = [sys.executable, "-c", f"from imitate.cli import console\ndef verb():\n    {code}\nconsole.run(verb)"]
-    shell = ["sh", "-c", '"$@" >&- 2>&-', "sh", *words]
-    subprocess.run(shell, check=False)
+    code = f"new = open({str(tmp_path / 'new')!r}, 'w'); os.write(1, b'as C code does')"
+    subprocess.run(["sh", "-c", '"$@" >&- 2>&-', "sh", *program(code)], check=False)
     assert (tmp_path / "new").read_text() == ""
 
 
 def test_a_closed_stdout_is_named():
-    words = "from imitate.cli import console\nimport sys\nsys.exit(console.run(lambda: console.write('data')))"
-    shell = ["sh", "-c", '"$@" >&-', "sh", sys.executable, "-c", words]
+    shell = ["sh", "-c", '"$@" >&-', "sh", *program("console.write('data')")]
     done = subprocess.run(shell, stderr=subprocess.PIPE, text=True, check=False)
     assert (done.returncode, done.stderr) == (1, "error: stdout cannot be written (Bad file descriptor).\n")
 

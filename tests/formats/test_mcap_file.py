@@ -8,6 +8,7 @@ import pytest
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from mcap.writer import Writer
 
 from imitate.errors import FileError
 from imitate.formats.kind import kind_of
@@ -167,3 +168,19 @@ def test_a_folder_and_a_missing_file(tmp_path: Path) -> None:
         McapReader(tmp_path)
     with pytest.raises(FileError, match=r"none.mcap: no such file"):
         McapReader(tmp_path / "none.mcap")
+
+
+def test_what_is_of_ros_1_is_refused_by_name(tmp_path: Path) -> None:
+    bag = tmp_path / "a.bag"
+    bag.write_bytes(b"#ROSBAG V2.0\n")
+    with pytest.raises(FileError, match=r"is not an MCAP file.*ROS 1 is not read; rosbags-convert"):
+        McapReader(bag)
+    path = tmp_path / "a.mcap"
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        schema = writer.register_schema("geometry_msgs/PoseStamped", "ros1msg", b"")
+        writer.add_message(writer.register_channel("/hand", "ros1", schema), 0, b"", 0)
+        writer.finish()
+    with pytest.raises(FileError, match=r"/hand \(geometry_msgs/PoseStamped\)\. ROS 1 is not read"):
+        kind_of(path)

@@ -1,5 +1,8 @@
 """What a session starts from, and what is said of how it was read."""
 
+import os
+import shutil
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -55,3 +58,10 @@ def test_a_recording_says_what_it_lost(
     assert source.notes[-1] == "cubeA: out of sight in 3 frames; missing there"
     assert source.left_out == pytest.approx(len(gone) / 40)
     assert source.much_lost == much
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere a file's name has to be text")
+def test_a_files_name_that_is_no_text_is_told_as_well_as_it_can_be(tmp_path: Path) -> None:
+    path = tmp_path / os.fsdecode(b"caf\xe9.npz")
+    shutil.copy(FIXTURE, path)
+    assert read_source(path, Settings(), 0).name == "caf\ufffd.npz"
