@@ -1,6 +1,7 @@
 """imitate replay and imitate info: contracts, exit codes and messages."""
 
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -162,3 +163,17 @@ def test_info_of_a_damaged_file_is_exit_code_3(imitate, tmp_path):
     assert code == 3
     assert json.loads(out)["damage"][0].startswith("a damaged chunk that ends at byte")
     assert json.loads(out)["complete"] is False
+
+
+def die(*_: object) -> None:
+    """What a worker does that is killed."""
+    os._exit(9)
+
+
+def test_a_worker_that_is_killed_is_no_fault_of_ours(imitate, story, tmp_path, monkeypatch):
+    path = written(tmp_path / "a.mcap", *story)
+    monkeypatch.setattr("imitate.session.replay.run_again", die)
+    code, out, err = imitate("replay", path, "--workers", 2)
+    assert (code, out) == (1, "")
+    assert err.startswith("error: a process that ran trials died (")
+    assert err.endswith("Was it killed, or is the memory full? Try again with --workers 1.\n")

@@ -3,11 +3,13 @@
 import json
 import os
 import time
+from pathlib import Path
 
 import pytest
 import scripted
 
 from imitate.events import SessionFinished
+from imitate.formats.session_log import summarise
 from imitate.formats.session_writer import SessionWriter
 
 
@@ -92,3 +94,15 @@ def test_an_age_alone_is_refused(imitate, shelf):
 def test_no_such_folder(imitate, tmp_path):
     code, _, said = imitate("sessions", tmp_path / "none")
     assert (code, "no such folder" in said) == (1, True)
+
+
+def test_one_that_may_not_be_read_hides_none_of_the_others(imitate, shelf, monkeypatch):
+    def refuse(path):
+        if path.name == "bad.mcap":
+            raise PermissionError(13, "Permission denied", str(path))
+        return summarise(path)
+
+    monkeypatch.setattr("imitate.session.shelf.summarise", refuse)
+    code, said, _ = imitate("sessions", shelf, "--json")
+    assert code == 0
+    assert {Path(e["session"]).name for e in json.loads(said)} == {"good.mcap", "stopped.mcap", "cut.mcap"}

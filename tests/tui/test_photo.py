@@ -36,7 +36,8 @@ def library(monkeypatch):
     return module
 
 
-def test_a_terminal_without_pixel_sizes_gets_half_blocks_and_no_traceback(library, capsys):
+@pytest.mark.usefixtures("library")
+def test_a_terminal_without_pixel_sizes_gets_half_blocks_and_no_traceback(capsys):
     told = []
     photo = photo_of_terminal(told.append)
     assert photo is not None
