@@ -12,6 +12,8 @@ from imitate.formats.suggestion import suggested_sizes
 
 WIDEST = 10.0
 """m that what is on a table, and a hand over it, lie apart at most."""
+WIDEST_HAND = 1.0
+"""m between its fingertips at most."""
 LARGEST = 5.0
 """m of an object's longest side at most."""
 SMALLEST = 5e-4
@@ -21,7 +23,7 @@ _LOOKED_AT = 200
 
 
 def check_lengths(path: Path, demonstration: Demonstration) -> None:
-    """Raises FileError for positions or sizes that are no metres."""
+    """Raises FileError for positions, sizes or an opening that are no metres."""
     longest = demonstration.object_sizes.max(axis=1)
     largest = float(np.nanmax(longest, initial=0))
     apart = _apart(demonstration)
@@ -32,6 +34,10 @@ def check_lengths(path: Path, demonstration: Demonstration) -> None:
             f"its positions lie {apart:.0f} apart, which cannot be metres",
             f'If they are {word}, say so in a mapping (--mapping FILE.toml): length_unit = "{unit}".',
         )
+    opened = demonstration.opening
+    if opened is not None and np.nanmax(opened, initial=0) > WIDEST_HAND:
+        problem = f"opens the hand by {np.nanmax(opened):g}, which cannot be metres"
+        raise FileError(path, problem, "Give metres between the fingertips, or leave the opening out.")
     with np.errstate(invalid="ignore"):
         wrong = (longest > LARGEST) | (longest < SMALLEST)
     if wrong.any():

@@ -90,3 +90,13 @@ def test_a_single_pose_astray_is_no_other_unit(written):
     hand[100, 0] = 700
     d = scaled()
     read_demonstration(written(Demonstration(d.t, hand, d.objects, d.object_names, d.object_sizes)))
+
+
+def test_an_opening_in_millimetres(written):
+    d = scaled()
+    opening = np.full(len(d.t), 80.0)
+    path = written(Demonstration(d.t, d.hand, d.objects, d.object_names, d.object_sizes, opening))
+    with pytest.raises(
+        FileError, match=r"opens the hand by 80, which cannot be metres\. Give metres between"
+    ):
+        read_demonstration(path)
