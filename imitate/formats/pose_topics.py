@@ -30,7 +30,7 @@ from imitate.formats.opening import OPENING, in_metres
 from imitate.formats.pose_times import check_times, taken
 from imitate.formats.table import with_offset
 from imitate.formats.track import Times, Track, Tracks
-from imitate.formats.tracks import NUMBERS, read_samples
+from imitate.formats.tracks import NUMBERS, READERS, read_samples
 from imitate.geometry import Array
 
 FRAME = "world"
@@ -240,6 +240,11 @@ def _named(topics: list[str]) -> dict[str, str]:
 def _unrecognised(tracks: Tracks, lacking: str) -> FileError:
     from imitate.formats.suggestion import suggested_topics
 
+    found = {(m.schema_name, m.encoding) for m in McapReader(tracks.path).messages()}
+    if unread := sorted({form for schema, form in found - READERS.keys() if schema in POSE_SCHEMAS}):
+        problem = f"has poses encoded as {', '.join(unread)}, which are not read"
+        remedy = "Write Foxglove's messages in protobuf or json, or ROS 2's in cdr."
+        return FileError(tracks.path, f"{problem}; {listed(contents(tracks.path).topics)}", remedy)
     return FileError(
         tracks.path,
         f"has {lacking}; {listed(contents(tracks.path).topics)}",

@@ -18,7 +18,7 @@ START = 1_700_000_000
 FRAMES = 40
 
 
-def written(path, messages):
+def written(path, messages, encoding="json"):
     """An MCAP file of (topic, schema, fields, nanoseconds)."""
     with path.open("wb") as stream:
         writer = Writer(stream)
@@ -27,7 +27,7 @@ def written(path, messages):
         for topic, schema, fields, time in messages:
             if topic not in channels:
                 key = writer.register_schema(schema, "jsonschema", b'{"type": "object"}')
-                channels[topic] = writer.register_channel(topic, "json", key)
+                channels[topic] = writer.register_channel(topic, encoding, key)
             data = fields if isinstance(fields, bytes) else json.dumps(fields).encode()
             writer.add_message(channels[topic], log_time=time, publish_time=time, data=data)
         writer.finish()
@@ -104,3 +104,9 @@ def test_a_picture_is_read_too(tmp_path):
     picture = CameraReader(path).picture(message)
     assert picture.time == 1_000_000_005
     assert np.array_equal(picture.decode(), image)
+
+
+def test_an_encoding_that_is_not_read_is_named(tmp_path):
+    path = written(tmp_path / "a.mcap", [("/hand", "foxglove.PoseInFrame", b"\0", 0)], encoding="flatbuffer")
+    with pytest.raises(FileError, match=r"has poses encoded as flatbuffer, which are not read; it has /hand"):
+        read_demonstration(path)
