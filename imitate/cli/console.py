@@ -127,6 +127,7 @@ def _prepare_streams() -> None:
     while (spare := os.open(os.devnull, os.O_RDONLY)) < 3:
         os.set_inheritable(spare, True)
     os.close(spare)
+    sys.stdin = sys.stdin or os.fdopen(0, closefd=False)
     for number, name in enumerate(("stdout", "stderr"), start=1):
         stream = getattr(sys, name)
         if stream is None:

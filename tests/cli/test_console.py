@@ -190,6 +190,12 @@ def test_a_closed_stdout_is_named():
     assert (done.returncode, done.stderr) == (1, "error: stdout cannot be written (Bad file descriptor).\n")
 
 
+def test_a_closed_stdin_is_no_terminal():
+    shell = ["sh", "-c", '"$@" <&-', "sh", *program("print(sys.stdin.isatty(), sys.stdin.read())")]
+    done = subprocess.run(shell, capture_output=True, text=True, check=False)
+    assert (done.stdout, done.stderr) == ("False \n", "")
+
+
 @pytest.mark.parametrize(
     ("error", "message"),
     [
