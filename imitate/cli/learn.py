@@ -158,8 +158,9 @@ def _learn(request: Request, log: Path, as_json: bool) -> None:
 
 
 def _sized(events: Iterator[Event], request: Request) -> Iterator[Event]:
-    # The same events; before the first trial, how large the log may become.
+    # The same events; before the first trial, what is doubted and how large the log may become.
     from imitate.events import Decided, FormulationStarted, Segmented, SessionStarted
+    from imitate.segmentation import hasty
     from imitate.session.size import expected_bytes
 
     started, settled = None, None
@@ -169,6 +170,8 @@ def _sized(events: Iterator[Event], request: Request) -> Iterator[Event]:
         elif isinstance(event, Segmented | Decided):
             settled = event
         elif isinstance(event, FormulationStarted) and started and settled:
+            for carry in hasty(settled.segments, request.settings.segmentation):
+                console.narrate(str(carry))
             expected = expected_bytes(settled.segments, started.scene, request.settings, request.steps)
             console.narrate(f"{request.log} may become about {expected / 1e6:,.0f} MB")
             started = None

@@ -59,7 +59,7 @@ def segment(
     """
     from imitate.formats.decisions import read_decisions
     from imitate.formats.truth import read_truth
-    from imitate.segmentation import apply_decisions, changes, doubts
+    from imitate.segmentation import apply_decisions, changes, doubts, hasty
     from imitate.segmentation import segment as cut
     from imitate.segmentation.metrics import compare
     from imitate.settings import load_settings
@@ -75,6 +75,8 @@ def segment(
     segments = apply_decisions(found, decided, shown, settings.segmentation)
     for doubt in doubts(shown, found, segments, settings.segmentation) if decided else ():
         console.narrate(str(doubt))
+    for carry in hasty(segments, settings.segmentation):
+        console.narrate(str(carry))
     sure = changes(shown, segments, settings.segmentation)
     metrics = compare(segments, right, tolerance) if right else None
     if plot:

@@ -9,18 +9,20 @@ Symbols::
     ℓ           what one frame says for an object to move with the hand, nats
 """
 
-from imitate.segmentation.doubts import Doubt, doubts
+from imitate.segmentation.doubts import Doubt, Hasty, doubts, hasty
 from imitate.segmentation.overrides import apply_decisions, split_time
 from imitate.segmentation.posteriors import Posterior, Posteriors, changes, posteriors
 from imitate.segmentation.segments import rankings, segment
 
 __all__ = [
     "Doubt",
+    "Hasty",
     "Posterior",
     "Posteriors",
     "apply_decisions",
     "changes",
     "doubts",
+    "hasty",
     "posteriors",
     "rankings",
     "segment",

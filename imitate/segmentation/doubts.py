@@ -1,4 +1,7 @@
-"""Where the operator's segments explain the motion far less well than those found: said, never forbidden."""
+"""What speaks against segments: said, never forbidden.
+
+The operator's may explain the motion far less well than those found; a carry may be too short to be one.
+"""
 
 from __future__ import annotations
 
@@ -40,6 +43,39 @@ class Doubt:
         skills = f"skill {self.first + 1}" + (f"–{self.last + 1}" if self.last > self.first else "")
         times = f"e^{self.log_ratio:.0f} times as likely"
         return f"{skills}: the motion is {times} {self.decided} as {self.found}; kept, as you decided"
+
+
+@dataclass(frozen=True)
+class Hasty:
+    """A carry that is shorter than a grasp takes.
+
+    Attributes:
+        index: of the segment.
+        seconds: that it lasts.
+        least: seconds that fingers take to close and to open.
+        abstraction: of the segment.
+    """
+
+    index: int
+    seconds: float
+    least: float
+    abstraction: Abstraction
+
+    def __str__(self) -> str:
+        """The whole, for the operator."""
+        return (
+            f"skill {self.index + 1}: {self.abstraction} lasts {self.seconds:.2f} s, and fingers take "
+            f"{self.least:.2f} s to close and to open; it may be a push, or noise"
+        )
+
+
+def hasty(segments: Sequence[Segment], settings: Segmentation) -> tuple[Hasty, ...]:
+    """The carries that are shorter than a grasp takes, in order."""
+    return tuple(
+        Hasty(k, s.end - s.start, settings.grasp, s.abstraction)
+        for k, s in enumerate(segments)
+        if s.abstraction.carried and s.end - s.start < settings.grasp
+    )
 
 
 def doubts(

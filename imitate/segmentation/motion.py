@@ -34,12 +34,15 @@ def going_along(t: Array, hand: Track, body: Track, times: Array, settings: Segm
     if both.sum() < 2:
         return np.zeros(len(times))
     t, paths = t[both], np.hstack([hand.poses[both], body.poses[both]])
-    short, whole = (
-        _over(window, t, paths, hand, body, times, settings)
-        for window in (settings.window / 3, settings.window)
-    )
-    share = (times[1] - times[0]) / settings.window
-    return np.asarray(share * (short + (1 - np.abs(short) / settings.clip) * whole))
+    windows = settings.window / 3, settings.window, max(settings.long_window, settings.window)
+    short, whole, long = (_over(window, t, paths, hand, body, times, settings) for window in windows)
+    noisy = max(0.0, 1 - settings.slack**2 / max(hand.noise**2 + body.noise**2, TINY))
+    whole = whole + noisy * _unsure(whole, settings) * long * settings.window / windows[-1]
+    return np.asarray((times[1] - times[0]) / settings.window * (short + _unsure(short, settings) * whole))
+
+
+def _unsure(said: Array, settings: Segmentation) -> Array:
+    return 1 - np.abs(said) / settings.clip
 
 
 def _over(
@@ -54,32 +57,50 @@ def _over(
         paths: (S, 14) poses of the hand and the body.
     """
     first, last = _windows(len(times), max(1, round(window / (times[1] - times[0]))))
-    count = min(2 * int(window / 6 / np.median(np.diff(t))) + 1, len(t))
+    count = _averaged(window, float(np.median(np.diff(t))), len(t))
+    counts = [min(count, _averaged(window, track.every, len(t))) for track in (hand, body)]
+    shares = _shares_of_gaps(window, t, times[first] / 2 + times[last] / 2, max(hand.every, body.every))
     at = _interpolated(_mean(t, count), _mean(paths, count), times)
     h, o = at[:, :3], at[:, 7:10]
     own, arm = h[last] - h[first], h[first] - o[first]
     moved = o[last] - o[first]
-    shaking = 2 / count * (hand.noise**2 + body.noise**2) + settings.slack**2
-    rest = 6 / count * hand.noise**2
+    hands, bodies = (2 / n * track.noise**2 * shares for n, track in zip(counts, (hand, body), strict=True))
+    shaking, rest = hands + bodies + settings.slack**2, 3 * shares * hands
     if not np.ptp(paths[:, 10:], axis=0).any():
         said = _gain(moved, own, rest) / shaking
         return np.asarray(np.clip(said / 2, -settings.clip, settings.clip))
     turned, turn = (_turn(_unit(at[:, k : k + 4]), first, last) for k in (3, 10))
-    turning = 2 / count * body.turn_noise**2
-    said = _gain(moved + rotate(turn, arm) - arm, own, rest) / (shaking + np.sum(arm**2, axis=1) * turning)
-    wavering = 2 / count * hand.turn_noise**2 + turning + (settings.slack / settings.hand_radius) ** 2
+    hands, bodies = (
+        2 / n * track.turn_noise**2 * shares for n, track in zip(counts, (hand, body), strict=True)
+    )
+    said = _gain(moved + rotate(turn, arm) - arm, own, rest) / (shaking + np.sum(arm**2, axis=1) * bodies)
+    wavering = hands + bodies + (settings.slack / settings.hand_radius) ** 2
     gain = _angle(turn[:, 3]) ** 2 - _angle(np.sum(turn * turned, axis=1)) ** 2
-    said += _bounded(gain, _angle(turned[:, 3]) ** 2, 6 / count * hand.turn_noise**2) / wavering
+    said += _bounded(gain, _angle(turned[:, 3]) ** 2, 3 * shares * hands) / wavering
     return np.asarray(np.clip(said / 2, -settings.clip, settings.clip))
 
 
-def _gain(moved: Array, own: Array, rest: float) -> Array:
+def _shares_of_gaps(window: float, t: Array, middles: Array, every: float) -> Array:
+    """(T,) the share that each window has of the gap between readings in which it lies; at most 1.
+
+    All the windows in a gap know no more than the two readings at its ends: each has its share of that.
+    """
+    k = np.searchsorted(t, middles, side="right").clip(1, len(t) - 1)
+    return np.asarray(np.minimum(1.0, window / np.maximum(t[k] - t[k - 1], every)))
+
+
+def _averaged(window: float, every: float, most: int) -> int:
+    """How many samples, one in ``every`` seconds, are averaged at either end of a window."""
+    return min(2 * int(window / 6 / every) + 1, most)
+
+
+def _gain(moved: Array, own: Array, rest: Array) -> Array:
     """How much better a displacement (T, 3) fits the hand's ``own`` than none, m²."""
     squared = np.sum(own**2, axis=1)
     return _bounded(2 * np.sum(moved * own, axis=1) - squared, squared, rest)
 
 
-def _bounded(gain: Array, own: Array, rest: float) -> Array:
+def _bounded(gain: Array, own: Array, rest: Array) -> Array:
     """A gain, at most the hand's own squared displacement, and none where that is ``rest``, all noise.
 
     Else a hand at rest would speak against what it holds, and a long pause would end a carry.

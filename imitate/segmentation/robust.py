@@ -15,7 +15,7 @@ from imitate.geometry import Array
 from imitate.segmentation.abstraction import Evidence, log_prior
 from imitate.segmentation.changepoints import Frames
 from imitate.segmentation.motion import going_along
-from imitate.segmentation.tracks import track_of
+from imitate.segmentation.tracks import tracks_of
 from imitate.settings import Segmentation
 
 
@@ -32,8 +32,7 @@ class RobustScore:
         d, t = demonstration, demonstration.t - demonstration.t[0]
         self._settings = settings
         self.times: Array = np.linspace(0, t[-1], max(2, 1 + round(t[-1] * settings.rate)))
-        hand = track_of(t, d.hand, settings)
-        bodies = [track_of(t, d.pose_of(name), settings) for name in d.object_names]
+        hand, *bodies = tracks_of(d, settings)
         step = np.column_stack([going_along(t, hand, body, self.times, settings) for body in bodies])
         self._sum = np.concatenate([np.zeros((1, step.shape[1])), np.cumsum(step, axis=0)])
         places = [

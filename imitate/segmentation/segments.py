@@ -17,6 +17,7 @@ from imitate.segmentation.cst import CstScore
 from imitate.segmentation.faithful import FaithfulScore
 from imitate.segmentation.rests import with_rests
 from imitate.segmentation.robust import RobustScore
+from imitate.segmentation.tracks import believed, tracks_of
 from imitate.segmentation.visits import Visits, visited, visits, with_visits
 from imitate.settings import Segmentation
 from imitate.skill import Abstraction, Candidate, Segment
@@ -53,7 +54,7 @@ class Score(Protocol):
 
 def segment(demonstration: Demonstration, settings: Segmentation) -> tuple[Segment, ...]:
     """The most probable skills of a demonstration, in order and without gaps."""
-    whole, names = interpolated(demonstration), demonstration.object_names
+    whole, names = _whole(demonstration, settings), demonstration.object_names
     score = score_of(demonstration, settings)
     cuts, _ = most_probable_cuts(lattice_of(score, settings))
     cuts, chosen = _chosen(cuts, score, names, settings)
@@ -84,7 +85,7 @@ def rankings(
         N rankings.
     """
     score = score_of(demonstration, settings)
-    found = visits(interpolated(demonstration), score.times, settings)
+    found = visits(_whole(demonstration, settings), score.times, settings)
     cuts = frames_at(score.times, boundaries)
     return _ranked(cuts, score, demonstration.object_names, settings, found)
 
@@ -115,6 +116,14 @@ def lattice_of(
         max(settings.expected_length * a_second, 1.01),
         max(round(settings.shortest * a_second), 1),
         score.lead,
+    )
+
+
+def _whole(demonstration: Demonstration, settings: Segmentation) -> Demonstration:
+    """Every pose known; in the robust mode those that are not believed are taken from their neighbours."""
+    robust = settings.mode == "robust"
+    return interpolated(
+        believed(demonstration, tracks_of(demonstration, settings)) if robust else demonstration
     )
 
 

@@ -23,6 +23,8 @@ class Segmentation(Section):
     """Hz; a Kinect's, to which the robust score resamples (ALGORITHMS 2)."""
     window: float = Field(1 / 3, gt=0)
     """s over which displacements are taken: 10 frames of a Kinect (ALGORITHMS 2)."""
+    long_window: float = Field(1.0, gt=0)
+    """s, likewise, where a body's noise is more than its slack, as far as a ``window`` is not sure."""
     slack: float = Field(0.003, gt=0)
     """m; how far a still or carried object moves by itself, beyond the noise (ALGORITHMS 2)."""
     hand_radius: float = Field(0.05, gt=0)
@@ -37,6 +39,8 @@ class Segmentation(Section):
     """nats; C, the cost of a reference however far away it is, and of the table."""
     shortest: float = Field(1 / 6, ge=0)
     """s that a segment lasts at least: 5 frames of a Kinect (ALGORITHMS 2)."""
+    grasp: float = Field(0.55, ge=0)
+    """s that fingers take, at least, to close on something and to open again; a shorter carry is doubted."""
     touch: float = Field(0.01, ge=0)
     """m from an object's box within which a resting hand touches it; an unknown size is never touched."""
     visit: float = Field(0.3, gt=0)
