@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from imitate.geometry import Array, read_only
+from imitate.geometry import IDENTITY, Array, read_only
 
 NEAREST = 0.01
 """m in front of a camera from which a point can be seen."""
@@ -84,13 +84,18 @@ class PointCloud:
         points: (N, 3) metres in the camera's frame (x right, y down, z forward); NaN where nothing was read.
         colour: (N, 3) uint8, red green blue; None where the file has none.
         shape: (H, W) where the points are a picture's pixels, row by row; None where they are in no order.
+        cloud_from_camera: (7,) the camera's pose in the frame in which a file gave the points.
+        notes: what the operator ought to know, in words.
     """
 
     points: Array
     colour: NDArray[np.uint8] | None = None
     shape: tuple[int, int] | None = None
+    cloud_from_camera: Array = field(default_factory=lambda: IDENTITY)
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "points", read_only(self.points))
+        for name in ("points", "cloud_from_camera"):
+            object.__setattr__(self, name, read_only(getattr(self, name)))
         if self.colour is not None:
             object.__setattr__(self, "colour", read_only(self.colour, np.uint8))

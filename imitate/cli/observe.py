@@ -60,6 +60,14 @@ def observe(
         float | None,
         typer.Option(metavar="METRES", help="One step of the depth, or of a cloud: 0.001 for mm."),
     ] = None,
+    sensor: Annotated[
+        Text,
+        typer.Option(
+            metavar="FRAME",
+            help="Of a cloud, where it is not found: optical, graphics, body, viewpoint, or "
+            "X,Y,Z,QX,QY,QZ,QW, the camera's pose in it.",
+        ),
+    ] = None,
     colour_from_depth: Annotated[
         Text,
         typer.Option(
@@ -91,6 +99,7 @@ def observe(
         "calibration_topic": calibration_topic,
         "intrinsics": _numbers("--intrinsics", intrinsics),
         "depth_unit": depth_unit,
+        "sensor": sensor,
         "colour_from_depth": _numbers("--colour-from-depth", colour_from_depth),
         "pair_within": pair_within,
         "salvage": salvage or None,
@@ -113,13 +122,15 @@ def _observe_cloud(path: Path, settings: Settings, seed: int, files: observed.Ou
     if files.demonstration is not None:
         remedy = "Leave out -o: a single cloud shows no movement to be written."
         raise FileError(files.demonstration, "is not written", remedy)
-    cloud = read_cloud(path, settings.perception.depth_unit)
+    cloud = read_cloud(path, settings.perception.depth_unit, settings.perception.sensor)
+    for note in cloud.notes:
+        console.narrate(f"{path}: {note}")
     with console.progress() as bar:
         bar.add_task(f"looking at {path.name}", total=None)
         first = look(str(path), cloud, settings.perception, seed)
     files.write_labels(first)
     files.preview_cloud(path, cloud, first)
-    observed.report_view(first, as_json)
+    observed.report_cloud(cloud, first, as_json)
 
 
 def _observe_recording(

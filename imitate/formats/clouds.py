@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 
 from imitate.errors import FileError
 from imitate.formats.distances import check_distances
+from imitate.formats.organised import fitted_intrinsics
+from imitate.formats.sensor_frame import SENSORS, named_frame
+from imitate.geometry import IDENTITY, Array
 from imitate.rgbd import PointCloud
 
 _HEADER = 64 * 1024
@@ -39,26 +42,41 @@ _PLY = {
 }
 
 
-def read_cloud(path: Path | str, unit: float = 0.0) -> PointCloud:
+def read_cloud(path: Path | str, unit: float = 0.0, sensor: str = "") -> PointCloud:
     """A cloud from a PCD or PLY file, told apart by its content; points that were not read stay NaN.
 
     Args:
         path: the file.
         unit: metres of 1.0 in it; 0: it should be in metres, which is checked.
+        sensor: the frame in which it is given, as of `named_frame`; "": found, and noted where it is not the
+            camera's.
 
     Raises:
-        FileError: no such file, neither of the two, cut, without x, y, z, or plainly not in metres.
+        FileError: no such file, neither of the two, cut, without x, y, z, without the viewpoint that is asked
+            for, or plainly not in metres.
     """
     path = Path(path)
-    cloud = _read(path)
-    if unit:
-        return replace(cloud, points=cloud.points * unit)
-    away = np.linalg.norm(cloud.points[~np.isnan(cloud.points[:, 0])], axis=1)
-    check_distances(path, "the cloud", away, 1.0)
-    return cloud
+    cloud, viewpoint = _read(path)
+    points = cloud.points * (unit or 1.0)
+    if viewpoint is not None:
+        viewpoint = np.concatenate([viewpoint[:3] * (unit or 1.0), viewpoint[3:]])
+    elif sensor == "viewpoint":
+        raise FileError(path, "says nothing of a viewpoint", f"Expected {SENSORS}: --sensor.")
+    frame = named_frame(sensor, viewpoint, points, cloud.shape)
+    if frame is None:
+        return replace(cloud, points=points)
+    points = frame.seen(points)
+    if not unit:
+        away = np.linalg.norm(points[~np.isnan(points[:, 0])], axis=1)
+        check_distances(path, "the cloud", away, 1.0)
+    notes = [f"its frame is taken as that {frame.words}; --sensor says otherwise"] if frame.words else []
+    if cloud.shape and fitted_intrinsics(points.reshape(*cloud.shape, 3)) is None:
+        notes.append("no camera there sees each point in its own pixel; --sensor says where it is")
+    return replace(cloud, points=points, cloud_from_camera=frame.pose, notes=tuple(notes))
 
 
-def _read(path: Path) -> PointCloud:
+def _read(path: Path) -> tuple[PointCloud, Array | None]:
+    """The cloud as it is given, and the sensor's pose (7,) in a world where the file says one."""
     if path.is_dir():
         raise FileError(path, "is a folder", _REMEDY)
     try:
@@ -66,7 +84,7 @@ def _read(path: Path) -> PointCloud:
             start = stream.read(_HEADER)
             stream.seek(0)
             if start.split(b"\n", 1)[0].strip() == b"ply":
-                return _read_ply(path, stream)
+                return _read_ply(path, stream), None
             if b"\nDATA" in start or start.startswith(b"DATA"):
                 return _read_pcd(path, stream)
     except FileNotFoundError:
@@ -84,6 +102,7 @@ class _PcdHeader:
     points: int
     shape: tuple[int, int]
     data: str
+    viewpoint: Array | None
 
     @property
     def dtype(self) -> np.dtype[Any]:
@@ -91,7 +110,7 @@ class _PcdHeader:
         return np.dtype(rows).newbyteorder("<")
 
 
-def _read_pcd(path: Path, stream: IO[bytes]) -> PointCloud:
+def _read_pcd(path: Path, stream: IO[bytes]) -> tuple[PointCloud, Array | None]:
     header = _pcd_header(path, stream)
     if header.data == "ascii":
         columns = _ascii_columns(path, stream, header.fields, header.points)
@@ -101,7 +120,7 @@ def _read_pcd(path: Path, stream: IO[bytes]) -> PointCloud:
         columns = _compressed_columns(path, stream, header)
     height, width = header.shape
     organised = height > 1 and height * width == header.points
-    return _cloud(path, columns, (height, width) if organised else None)
+    return _cloud(path, columns, (height, width) if organised else None), header.viewpoint
 
 
 def _pcd_header(path: Path, stream: IO[bytes]) -> _PcdHeader:
@@ -120,13 +139,23 @@ def _pcd_header(path: Path, stream: IO[bytes]) -> _PcdHeader:
         points = int(words.get("POINTS", [str(width * height)])[0])
         data = words["DATA"][0].lower()
         fields = list(zip(names, kinds, counts, strict=True))
+        viewpoint = _viewpoint([float(word) for word in words.get("VIEWPOINT", [])])
     except (KeyError, ValueError, IndexError) as error:
         raise FileError(path, f"has a PCD header that cannot be understood ({error})", _REMEDY) from None
     if data not in ("ascii", "binary", "binary_compressed"):
         raise FileError(
             path, f"holds PCD data of the kind {data!r}", "Expected ascii, binary or binary_compressed."
         )
-    return _PcdHeader(fields, points, (height, width), data)
+    return _PcdHeader(fields, points, (height, width), data, viewpoint)
+
+
+def _viewpoint(numbers: list[float]) -> Array | None:
+    """The sensor's pose (7,) from x y z qw qx qy qz; None where that is the origin, as by default."""
+    if len(numbers) != 7 or not (length := np.linalg.norm(numbers[3:])) or not np.isfinite(length):
+        return None
+    pose = np.array([*numbers[:3], *numbers[4:], numbers[3]])
+    pose[3:] /= length
+    return None if np.allclose(pose, IDENTITY) else pose
 
 
 def _ascii_columns(

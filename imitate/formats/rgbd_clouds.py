@@ -19,6 +19,7 @@ from imitate.formats.mcap_contents import Contents
 from imitate.formats.mcap_file import McapReader, RawMessage
 from imitate.formats.organised import fitted_intrinsics
 from imitate.formats.picture_times import peeked, steady
+from imitate.formats.sensor_frame import OPTICAL, SensorFrame, turned_frame
 from imitate.rgbd import Intrinsics, RgbdFrame
 from imitate.settings import Perception
 
@@ -36,6 +37,7 @@ class CloudRecording:
         salvage: whether damage is put up with.
         notes: what the operator ought to know, in words; more may come while the frames are read.
         left_out: share of the clouds that are no frames, once they are read.
+        frame: in which the clouds are given.
     """
 
     path: Path
@@ -46,6 +48,7 @@ class CloudRecording:
     salvage: bool
     notes: list[str] = field(default_factory=list)
     left_out: float = 0.0
+    frame: SensorFrame = OPTICAL
 
     def frames(self) -> Iterator[RgbdFrame]:
         """Every cloud as a frame, read as it is asked for; t in seconds from the first.
@@ -87,7 +90,8 @@ class CloudRecording:
             cloud = camera.cloud(message, shape)
             if cloud is None or cloud.points.shape[:2] != shape or cloud.colour is None:
                 raise _unordered(self.path, message)
-            depth = np.nan_to_num(cloud.points[..., 2] * self.unit, nan=0, posinf=0, neginf=0)
+            depth = self.frame.seen(cloud.points)[..., 2] * self.unit
+            depth = np.nan_to_num(depth, nan=0, posinf=0, neginf=0)
             yield (cloud.time, message.time), cloud.colour, np.maximum(depth, 0)
 
 
@@ -114,12 +118,13 @@ def open_clouds(
             continue
         unit = settings.depth_unit or 1.0
         points = cloud.points * unit
-        intrinsics = fitted_intrinsics(points)
-        if intrinsics is None:
-            problem = f"{message.topic} holds clouds that no camera at their origin sees along z"
-            raise FileError(path, problem, f"Record them in the camera's optical frame. {_REMEDY}")
+        frame = turned_frame(points)
+        intrinsics = fitted_intrinsics(frame.seen(points)) if frame else None
+        if frame is None or intrinsics is None:
+            problem = f"{message.topic} holds clouds that no camera at their origin sees, however it looks"
+            raise FileError(path, problem, f"Record them in the camera's own frame. {_REMEDY}")
         if not settings.depth_unit:
-            z = points[..., 2]
+            z = frame.seen(points)[..., 2]
             check_distances(path, message.topic, z[z > 0], unit)
         count = inside.topics[message.topic][1]
         others = sorted(topics - {message.topic})
@@ -128,7 +133,11 @@ def open_clouds(
             if others
             else []
         )
-        return CloudRecording(path, message.topic, intrinsics, count, unit, settings.salvage, notes)
+        if frame.words:
+            notes.append(f"{message.topic}: its frame is taken as that {frame.words}")
+        return CloudRecording(
+            path, message.topic, intrinsics, count, unit, settings.salvage, notes, frame=frame
+        )
     if refused is not None:
         raise refused
     return None

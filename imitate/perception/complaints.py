@@ -24,7 +24,11 @@ def no_table(name: str, why: str, points: Array) -> str:
     """Of a view without a table; ``points`` (N, 3) metres, NaN where nothing was read."""
     z = points[np.isfinite(points).all(axis=1) & (points[:, 2] > 0), 2]
     if not len(z):
-        found = "no point lies before the camera"
+        found = (
+            "no point lies before the camera, which looks along z. Where the points are given in another "
+            "frame, --sensor says which: graphics (y up, z towards the sensor), body (x forward, z up), "
+            "viewpoint, or the camera's pose in it"
+        )
     else:
         low, middle, high = np.percentile(z, [5, 50, 95])
         found = f"its {len(z):,} readings lie {low:.3g} to {high:.3g} m away, the middle one {middle:.3g} m"

@@ -19,6 +19,10 @@ class Perception(Section):
     """fx, fy, cx, cy in pixels, then any distortion k1, k2, p1, p2, k3: instead of a recording's own."""
     depth_unit: float = Field(0.0, ge=0, le=1)
     """m of one step of a depth, or of 1.0 where it is a float; 0: as the format says (ROS: REP 118)."""
+    sensor: str = ""
+    """frame of a cloud: optical (x right, y down, z forward), graphics (y up, z back), body (x forward, z
+    up), viewpoint (a world, seen from a PCD file's VIEWPOINT), or the camera's pose in it, x,y,z,qx,qy,qz,qw,
+    m; found where empty."""
     colour_from_depth: tuple[float, ...] = ()
     """x y z qx qy qz qw, m: the depth camera in the colour camera's frame, instead of a recording's own."""
     pair_within: float = Field(0.04, gt=0, le=1)
@@ -52,4 +56,20 @@ class Perception(Section):
         counts = {"intrinsics": (0, 4, 8, 9), "colour_from_depth": (0, 7)}[info.field_name or ""]
         if len(given) not in counts:
             raise ValueError(f"expected {' or '.join(map(str, counts[1:]))} numbers, got {len(given)}")
+        return given
+
+    @field_validator("sensor")
+    @classmethod
+    def _known_sensor(cls, given: str) -> str:
+        if given in ("", "optical", "graphics", "body", "viewpoint"):
+            return given
+        try:
+            pose = [float(word) for word in given.split(",")]
+        except ValueError:
+            pose = []
+        if len(pose) != 7 or abs(sum(q * q for q in pose[3:]) - 1) > 1e-3:
+            raise ValueError(
+                "expected optical, graphics, body, viewpoint, or seven numbers, x,y,z in metres and a unit "
+                f"quaternion qx,qy,qz,qw; got {given!r}"
+            )
         return given

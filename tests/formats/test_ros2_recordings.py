@@ -417,15 +417,26 @@ def test_organised_clouds_are_pictures(tmp_path):
     np.testing.assert_array_equal(frames[0].colour, COLOUR)
 
 
+def test_clouds_of_a_sensor_that_looks_along_x_are_turned_and_it_is_said(tmp_path):
+    with bag(tmp_path / "body.mcap") as made:
+        for k in range(2):
+            made.cloud(
+                "/points", seen_points()[:, [2, 0, 1]] * [1, -1, -1], COLOUR.reshape(-1, 3), k / 10, height=48
+            )
+    opened = open_recording(tmp_path / "body.mcap")
+    np.testing.assert_allclose(next(opened.frames()).depth, METRES, atol=1e-6)
+    assert opened.notes == ["/points: its frame is taken as that of the sensor, x forward, y left, z up"]
+
+
 def test_clouds_that_are_no_pictures(tmp_path):
     with bag(tmp_path / "flat.mcap") as made:
         made.cloud("/points", seen_points(), COLOUR.reshape(-1, 3))
     with pytest.raises(FileError, match=r"/points holds clouds without colour, or whose points are not in"):
         open_recording(tmp_path / "flat.mcap")
-    with bag(tmp_path / "turned.mcap") as made:
-        made.cloud("/points", seen_points()[:, [2, 0, 1]], COLOUR.reshape(-1, 3), height=48)
-    with pytest.raises(FileError, match=r"no camera at their origin sees along z"):
-        open_recording(tmp_path / "turned.mcap")
+    with bag(tmp_path / "bent.mcap") as made:
+        made.cloud("/points", seen_points() ** 2, COLOUR.reshape(-1, 3), height=48)
+    with pytest.raises(FileError, match=r"no camera at their origin sees, however it looks"):
+        open_recording(tmp_path / "bent.mcap")
     with bag(tmp_path / "mm.mcap") as made:
         made.cloud("/points", 1000 * seen_points(), COLOUR.reshape(-1, 3), height=48)
     with pytest.raises(FileError, match=r"/points holds depths in an unknown unit.*--depth-unit 0.001"):
