@@ -102,10 +102,10 @@ class Outputs:
         preview.write_picture(self.preview, preview.draw_first_view(picture, camera, first), self.force)
 
 
-def report_view(first: FirstView, as_json: bool) -> None:
-    """What a single view shows."""
+def report_cloud(cloud: PointCloud, first: FirstView, as_json: bool) -> None:
+    """What a single cloud shows."""
     if as_json:
-        console.write_json(_view(first))
+        console.write_json(_view(first) | {"cloud_from_camera": cloud.cloud_from_camera.tolist()})
     else:
         _show_view(first)
     _warn(first)
@@ -134,6 +134,7 @@ def _view(first: FirstView) -> dict[str, Any]:
             "plane": first.table.plane.tolist(),
             "inliers": first.table.inliers,
             "table_from_camera": first.table.table_from_camera.tolist(),
+            "doubt": first.table.doubt,
         },
         "objects": [_thing(first, thing) for thing in first.objects],
         "frames_of": {"plane": "camera", "pose": "camera", "pose_in_table": "table"},
@@ -192,6 +193,8 @@ def _yaw(pose: Any) -> float:
 
 
 def _warn(first: FirstView) -> None:
+    if first.table.doubt:
+        console.narrate(f"table: doubtful, it may be another plane: {first.table.doubt}")
     for thing in first.objects:
         if thing.uncertain:
             console.narrate(

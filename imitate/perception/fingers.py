@@ -11,10 +11,10 @@ from scipy.spatial import cKDTree
 
 from imitate.errors import UsageError
 from imitate.geometry import Array
+from imitate.perception.clusters import dense_parts
 from imitate.perception.colour import FINGERS, hues
 from imitate.perception.paint import FEWEST, Paint, Picture, full_hsv, resolve, turn
 from imitate.perception.shapes import Mask
-from imitate.perception.tabletop import dense_parts
 from imitate.settings import Perception
 
 LEFT, RIGHT = -1, 1

@@ -13,7 +13,8 @@ from imitate.perception.block import Block
 from imitate.perception.colour import HUES, dominant_hue
 from imitate.perception.explain import Explained, explain, joined
 from imitate.perception.fingers import FingerColours, finger_colours, worn
-from imitate.perception.shapes import Float, Pixels
+from imitate.perception.hidden import cut_off, hidden_end
+from imitate.perception.shapes import Float, Mask, Pixels
 from imitate.perception.stacks import parts_by_hue
 from imitate.perception.tabletop import Table, find_table
 from imitate.perception.things import find_things, hovers, on_table
@@ -29,7 +30,8 @@ class SeenObject:
             numbered when repeated.
         block: its size and its pose in the table's frame.
         size_std: (3,) standard deviation of the block's size, metres.
-        uncertain: whether one block does not account for what was seen; ``reason`` says why, in words.
+        uncertain: whether one block does not account for what was seen, or may be a part of what is hidden;
+            ``reason`` says why, in words.
         points: how many points it has.
     """
 
@@ -97,9 +99,9 @@ def first_view(
         fingers = finger_colours(settings, colour.reshape(*shape, 3) if shape else None)
     hue, sides = _coloured(colour, fingers, len(points), shape)
     labels = np.full(len(points), -1, np.int32)
-    labels[seen[on_table(points[seen], table)]] = 0
+    flat = on_table(points[seen], table)
+    labels[seen[flat]] = 0
     noise = float(table.noise(np.array(np.median(points[seen, 2]))))
-    free = seen[~worn(points[seen], sides[seen], settings, noise)]
     pixels = _pixels(points[seen], hue[seen], table)
     free = np.flatnonzero(~worn(points[seen], sides[seen], settings, noise))
     found = [free[thing] for thing in find_things(points[seen[free]], table)]
@@ -108,7 +110,14 @@ def first_view(
     order = sorted(range(len(things)), key=lambda k: (names[k], -len(things[k].own)))
     for label, k in enumerate(order):
         labels[seen[things[k].own]] = label + 1
-    objects = [_seen_object(names[k], things[k], table) for k in order]
+    sizes = [thing.size_deviation(table) for thing in things]
+    reasons = _reasons(things, sizes, pixels, ~flat & (pixels.points()[:, 2] > 0))
+    objects = [
+        SeenObject(names[k], things[k].block, sizes[k], bool(reasons[k]), reasons[k], len(things[k].own))
+        for k in order
+    ]
+    if not objects and not table.doubt:
+        table = replace(table, doubt="nothing stands on it")
     return FirstView(table, tuple(_numbered(objects)), labels)
 
 
@@ -157,9 +166,25 @@ def _pixels(points: Array, hue: Float, table: Table) -> Pixels:
     return Pixels(origin, rays.astype(np.float32), depth, hue)
 
 
-def _seen_object(name: str, thing: Explained, table: Table) -> SeenObject:
-    reason = thing.doubt()
-    return SeenObject(name, thing.block, thing.size_deviation(table), bool(reason), reason, len(thing.own))
+def _reasons(things: list[Explained], sizes: list[Array], pixels: Pixels, above: Mask) -> list[str]:
+    """Why each thing is uncertain, in words; empty where it is not.
+
+    Beside something that no block explains, a thing of which an end is hidden may be a part of that.
+
+    Args:
+        sizes: standard deviation (3,) of each.
+        above: (M,) which pixels show something above the table.
+    """
+    reasons = [thing.doubt() for thing in things]
+    if not any(reasons):
+        return reasons
+    strange = above.copy()
+    for thing, reason in zip(things, reasons, strict=True):
+        strange[thing.own] = bool(reason)
+    return [
+        reason or hidden_end(size) or cut_off(pixels, thing.own, strange, thing.tolerance)
+        for thing, size, reason in zip(things, sizes, reasons, strict=True)
+    ]
 
 
 def _numbered(objects: list[SeenObject]) -> list[SeenObject]:

@@ -8,10 +8,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from imitate.geometry import IDENTITY, Array, compose, normalised, rotate
+from imitate.perception.clusters import dense_parts
 from imitate.perception.colour import FINGERS, is_hue
 from imitate.perception.fingers import LEFT, RIGHT, is_finger
 from imitate.perception.shapes import Pixels
-from imitate.perception.tabletop import dense_parts
 from imitate.settings import Perception
 
 SIDES = (LEFT, RIGHT)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from imitate.errors import ImitateError, UsageError
+from imitate.perception.clusters import open3d
 from imitate.perception.complaints import no_table
 from imitate.perception.fingers import FingerColours
 from imitate.perception.first_view import FirstView, first_view
-from imitate.perception.tabletop import open3d
 from imitate.rgbd import PointCloud
 from imitate.settings import Perception
 

@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from imitate.errors import ImitateError
 from imitate.geometry import Array, inverse, read_only, rotate
+from imitate.perception.clusters import dense_parts, thinned
 from imitate.perception.noise import kinect_noise, scatter
+from imitate.perception.planes import off_plane, plane_through, planes
 from imitate.perception.shapes import Mask
 
 PLANES = 6
 """planes that are looked at, the largest first."""
 SHARE = 0.01
 """of a view's surface that a plane must hold to be looked at."""
+SOLID = 0.05
+"""points that are seen through a tabletop, as a share of those on it, up to which it is one."""
 SMALLEST = 0.02
 """m² of a tabletop that are seen, at least."""
-DRAWS = 4000
-"""of RANSAC for each plane."""
 COARSE = 0.01
 """m, the grid on which planes and what they carry are judged."""
 GATE = 3.0
@@ -39,23 +39,6 @@ _FEWEST = 1000
 """readings, below which no table is looked for."""
 
 
-def open3d() -> Any:
-    """The open3d module.
-
-    Raises:
-        ImitateError: it cannot be imported; the message holds the line that installs what it lacks.
-    """
-    try:
-        import open3d as module
-    except (ImportError, OSError) as error:
-        raise ImitateError(
-            f"open3d, which finds the table, cannot be imported ({error}). This installs what it needs: "
-            "python -m pip install 'open3d-cpu==0.19.*' && "
-            "sudo apt-get install -y libgl1 libgomp1 libx11-6 libusb-1.0-0"
-        ) from None
-    return module
-
-
 @dataclass(frozen=True)
 class Table:
     """The plane that things stand on.
@@ -67,6 +50,7 @@ class Table:
         table_from_camera: (7,) the table's frame: z up, z = 0 on it, x away from the camera.
         outline: (K, 2) corners of a convex shape around what is seen of it, in its own x and y, metres.
         scatter: the sensor's noise, as a multiple of a Kinect's.
+        doubt: why it may be none, in words; empty where nothing speaks against it.
     """
 
     plane: Array
@@ -74,6 +58,7 @@ class Table:
     table_from_camera: Array
     outline: Array
     scatter: float
+    doubt: str = ""
 
     def __post_init__(self) -> None:
         for name in ("plane", "table_from_camera", "outline"):
@@ -101,19 +86,20 @@ class Table:
         """(N,) standard deviation in metres of the height above the table of points (N, 3), the camera's."""
         return self.noise(points[:, 2]) * _steepness(points, self.plane[:3])
 
-    def reaches(self, placed: Array) -> Mask:
-        """(N,) which points (N, 3) of the table's frame are over it, or close beside it."""
+    def reaches(self, placed: Array, beside: float = BESIDE) -> Mask:
+        """(N,) which points (N, 3) of the table's frame are over it, or ``beside`` metres beside it."""
         edges = np.roll(self.outline, -1, axis=0) - self.outline
         outwards = np.stack([edges[:, 1], -edges[:, 0]]) / np.linalg.norm(edges, axis=1)
         beyond = placed[:, :2] @ outwards - np.einsum("kj,jk->k", self.outline, outwards)
-        return np.asarray(beyond.max(axis=1) < BESIDE)
+        return np.asarray(beyond.max(axis=1) < beside)
 
 
 def find_table(points: Array, seed: int) -> Table:
     """The plane that carries most; where none carries anything, the largest.
 
     Several planes are found by RANSAC (the paper, Appendix A, takes the largest). A plane carries the
-    compact things that stand on it within its outline: a table's objects, but not a table on a floor.
+    compact things that stand on it within its outline: a table's objects, but not a table on a floor. One
+    that cuts through things carries their upper halves, but is seen through.
 
     Args:
         points: (N, 3) read, in the camera's frame, metres.
@@ -124,60 +110,37 @@ def find_table(points: Array, seed: int) -> Table:
     """
     if len(points) < _FEWEST:
         raise ImitateError(f"only {len(points)} pixels have a depth; a table cannot be found in them.")
-    grid = _grid(points, COARSE)
-    tables = [table for plane in _planes(grid, seed) if (table := _table(plane, grid)) is not None]
+    grid = thinned(points, COARSE)
+    gate = GATE * float(np.median(kinect_noise(grid[:, 2])))
+    found = planes(grid, gate, PLANES, int(SHARE * len(grid)), seed)
+    tables = [table for plane in found if (table := _table(plane, grid)) is not None]
     if not tables:
         raise ImitateError(
             f"no table: no plane of {100 * SMALLEST:.0f} dm² or more in the {len(points)} readings."
         )
     tables.sort(key=lambda table: -table.inliers)
+    sensor = min(table.scatter for table in tables)
+    through = [max(_seen_through(table, grid, sensor), SOLID) for table in tables]
     carried = [_carried(table, tables[:k], grid) for k, table in enumerate(tables)]
-    best = tables[int(np.argmax(carried))]
-    return _table(best.plane, points) or best
+    solid = [table for table, share in zip(tables, through, strict=True) if share <= SOLID]
+    tops = [sum(top.inliers for top in solid if _is_on(top, table)) for table in tables]
+    merits = [(-share, on + top) for share, on, top in zip(through, carried, tops, strict=True)]
+    k = max(range(len(tables)), key=merits.__getitem__)
+    table = _table(tables[k].plane, points) or tables[k]
+    if through[k] <= SOLID:
+        return table
+    doubt = f"it cuts through things: as much is seen through it as {through[k]:.0%} of what lies on it"
+    return replace(table, doubt=doubt)
 
 
-def dense_parts(points: Array, apart: float, fewest: int) -> list[NDArray[np.intp]]:
-    """Indices of the points (N, 3) of each part that is ``apart`` metres from the others, the largest first.
-
-    Points with less than ``fewest`` neighbours, themselves included, are in none (DBSCAN, Ester et al. 1996).
-    """
-    o3d = open3d()
-    cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points))
-    labels = np.asarray(cloud.cluster_dbscan(apart, fewest))
-    counts = np.bincount(labels[labels >= 0]) if (labels >= 0).any() else np.zeros(0, int)
-    return [np.flatnonzero(labels == k) for k in np.argsort(-counts, kind="stable")]
-
-
-def stands_on(table: Table, placed: Array) -> bool:
-    """Whether this part of a view (N, 3), in the table's frame, is over the table and not furniture."""
+def stands_on(table: Table, placed: Array, beside: float = BESIDE) -> bool:
+    """Whether this part of a view (N, 3), in the table's frame, is over the table and no furniture."""
     spread = placed.max(axis=0) - placed.min(axis=0)
     return bool(
         placed[:, 2].max() < 0.95 * ROOM
         and np.linalg.norm(spread[:2]) < LONGEST * np.sqrt(2)
-        and table.reaches(placed).mean() > 0.5
+        and table.reaches(placed, beside).mean() > 0.5
     )
-
-
-def _grid(points: Array, size: float) -> Array:
-    o3d = open3d()
-    cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points))
-    return np.asarray(cloud.voxel_down_sample(size).points)
-
-
-def _planes(points: Array, seed: int) -> list[Array]:
-    """(4,) planes, the largest first, each found in what the ones before leave."""
-    o3d = open3d()
-    o3d.utility.random.seed(seed)
-    rest, found = points, list[Array]()
-    while len(found) < PLANES and len(rest) > max(SHARE * len(points), 3):
-        cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(rest))
-        gate = GATE * float(np.median(kinect_noise(rest[:, 2])))
-        _, inliers = cloud.segment_plane(gate, 3, DRAWS)
-        if len(inliers) < SHARE * len(points):
-            break
-        found.append(_plane_through(rest[inliers]))
-        rest = np.delete(rest, inliers, axis=0)
-    return found
 
 
 def _table(plane: Array, points: Array) -> Table | None:
@@ -187,9 +150,9 @@ def _table(plane: Array, points: Array) -> Table | None:
         near = _near(plane, points, noise)
         if near.sum() < 3:
             return None
-        plane = _plane_through(points[near])
+        plane = plane_through(points[near])
         noise = _scatter(plane, points[_near(plane, points, 2 * noise)])
-    cells = _grid(points[near], 2 * COARSE)
+    cells = thinned(points[near], 2 * COARSE)
     parts = dense_parts(cells, GAP, 4)
     if not parts or len(parts[0]) * (2 * COARSE) ** 2 < SMALLEST:
         return None
@@ -197,32 +160,24 @@ def _table(plane: Array, points: Array) -> Table | None:
     table = Table(plane, 0, *_frame(plane, top), noise)
     for _ in range(2):
         near = _near(plane, points, noise) & table.reaches(table.placed(points))
-        plane = _plane_through(points[near])
+        plane = plane_through(points[near])
     noise = _scatter(plane, points[near])
     return Table(plane, int(near.sum()), *_frame(plane, top), noise)
 
 
 def _near(plane: Array, points: Array, noise: float) -> Mask:
     gate = GATE * noise * kinect_noise(points[:, 2]) * _steepness(points, plane[:3])
-    return np.asarray(np.abs(points @ plane[:3] + plane[3]) < gate)
+    return np.asarray(np.abs(off_plane(plane, points)) < gate)
 
 
 def _scatter(plane: Array, points: Array) -> float:
-    along = (points @ plane[:3] + plane[3]) / _steepness(points, plane[:3])
+    along = off_plane(plane, points) / _steepness(points, plane[:3])
     return scatter(along, points[:, 2])
 
 
 def _steepness(points: Array, normal: Array) -> Array:
     """(N,) metres from a plane that a metre more of depth makes, along the rays to the points."""
-    return np.asarray(np.maximum(np.abs(points @ normal) / points[:, 2], 0.05))
-
-
-def _plane_through(points: Array) -> Array:
-    """(4,) the least-squares plane, its normal towards the camera."""
-    middle = points.mean(axis=0)
-    normal = np.linalg.svd((points - middle).T @ (points - middle))[0][:, 2]
-    normal = normal if normal @ middle < 0 else -normal
-    return np.append(normal, -normal @ middle)
+    return np.asarray(np.maximum(np.abs(np.einsum("nj,j->n", points, normal)) / points[:, 2], 0.05))
 
 
 def _frame(plane: Array, top: Array) -> tuple[Array, Array]:
@@ -256,3 +211,24 @@ def _carried(table: Table, larger: list[Table], grid: Array) -> int:
     touching = COARSE + 2 * GATE * float(np.median(table.height_noise(grid)))
     things = [placed[part] for part in dense_parts(placed, 2.5 * COARSE, 4)] if len(placed) else []
     return sum(len(t) for t in things if stands_on(table, t) and t[:, 2].min() < touching)
+
+
+def _is_on(top: Table, table: Table) -> bool:
+    """Whether one plane is the top or a side of a thing on the other, which may be hidden by more things."""
+    flat = np.pad(top.outline, ((0, 0), (0, 1)))
+    camera_from_top = inverse(top.table_from_camera)
+    corners = table.placed(camera_from_top[:3] + rotate(camera_from_top[3:], flat))
+    return bool(np.median(corners[:, 2]) > 2 * COARSE) and stands_on(table, corners, LONGEST)
+
+
+def _seen_through(table: Table, grid: Array, sensor: float) -> float:
+    """Points of a coarse grid that lie behind the tabletop, as a share of those on it.
+
+    Args:
+        sensor: its noise, as a multiple of a Kinect's; a plane through things makes them look like noise.
+    """
+    placed, origin = table.placed(grid), table.table_from_camera[:3]
+    noise = sensor * kinect_noise(grid[:, 2]) * _steepness(grid, table.plane[:3])
+    behind = placed[placed[:, 2] < -np.maximum(COARSE, 2 * GATE * noise)]
+    on_the_way = origin + (origin[2] / (origin[2] - behind[:, 2]))[:, None] * (behind - origin)
+    return float(table.reaches(on_the_way, -COARSE).sum() / table.inliers)

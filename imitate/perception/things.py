@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from imitate.geometry import Array
+from imitate.perception.clusters import dense_parts
 from imitate.perception.shapes import Mask, Pixels
-from imitate.perception.tabletop import GATE, ROOM, Table, dense_parts, stands_on
+from imitate.perception.tabletop import GATE, ROOM, Table, stands_on
 
 VOXEL = 0.004
 """m, the finest grid on which points are clustered."""

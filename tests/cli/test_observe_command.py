@@ -167,3 +167,25 @@ def test_a_stack_of_boxes_is_uncertain_in_words(run):
     assert code == 0
     assert any(thing["uncertain"] and thing["reason"] for thing in json.loads(out)["objects"])
     assert "uncertain, it may be more than one thing or no block" in err
+
+
+def test_a_cloud_whose_z_points_at_the_sensor(run, tmp_path):
+    points, shape = scene()
+    turned = write_pcd(tmp_path / "turned.pcd", points * [1, -1, -1], shape)
+    code, out, err = run(turned, "--json")
+    assert code == 0 and "z towards the sensor; --sensor says otherwise" in err
+    found = json.loads(out)
+    assert found["cloud_from_camera"] == pytest.approx([0, 0, 0, 1, 0, 0, 0])
+    assert len(found["objects"]) == 1 and found["table"]["doubt"] == ""
+    code, _, err = run(turned, "--sensor", "optical")
+    assert code == 1 and "no point lies before the camera" in err and "--sensor" in err
+    code, _, err = run(turned, "--sensor", "up")
+    assert code == 2 and "expected optical, graphics, body, viewpoint, or seven numbers" in err
+
+
+def test_a_table_that_carries_nothing_is_doubted(run, tmp_path):
+    points, shape = scene()
+    points[np.abs(points[:, 0]) < 0.2] = np.nan
+    code, out, err = run(write_pcd(tmp_path / "bare.pcd", points, shape))
+    assert code == 0 and "nothing stands on it" in out
+    assert "table: doubtful, it may be another plane: nothing stands on it" in err

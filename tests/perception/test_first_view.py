@@ -7,8 +7,9 @@ import pytest
 from drawn import INTRINSICS, frame
 
 from imitate.geometry import from_yaw
+from imitate.perception.clusters import open3d
 from imitate.perception.first_view import first_view
-from imitate.perception.tabletop import open3d
+from imitate.perception.tabletop import find_table
 from imitate.settings import Perception
 
 SCENES = Path(__file__).parents[3] / "shared" / "data" / "tabletop"
@@ -90,6 +91,14 @@ def test_real_bowls_and_cups_are_counted():
     seen = first_view(points, colour, Perception(), 0, (480, 640))
     assert len(seen.objects) == 5 == len(set(labels[labels >= 10] // 10))
     assert any(thing.uncertain for thing in seen.objects)
+
+
+@pytest.mark.parametrize("name", ["learn1", "learn17", "learn33"])
+def test_a_real_view_gives_the_same_table_eight_times(name):
+    points, _, _ = scene(name)
+    points = points[np.isfinite(points[:, 2])]
+    tables = [find_table(points, 0) for _ in range(8)]
+    assert len({t.plane.tobytes() + t.outline.tobytes() + t.table_from_camera.tobytes() for t in tables}) == 1
 
 
 CUBE, BOX, LONG, TALL = (0.04, 0.04, 0.04), (0.05, 0.05, 0.06), (0.03, 0.16, 0.06), (0.03, 0.05, 0.1)

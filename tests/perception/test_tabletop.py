@@ -1,5 +1,10 @@
 """The table in made-up views: frame, which of several planes it is. Without open3d: test_observe."""
 
+import hashlib
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -78,6 +83,65 @@ def test_a_box_whose_side_faces_the_whole_small_table_is_not_what_carries_it(pit
 def test_without_things_the_largest_plane_is_the_table():
     points, from_camera, eye = seen(flat(1.2, 1.0) + WALL, np.deg2rad(50))
     assert is_the_table(find_table(points, seed=0), from_camera, eye)
+
+
+def cluttered(seed=0):
+    """A table with a crowd of boxes of like heights, so that a plane through their tops carries more."""
+    generator = np.random.default_rng(seed)
+    things = [
+        part
+        for x in np.arange(-0.3, 0.31, 0.1)
+        for y in np.arange(-0.3, 0.31, 0.1)
+        for part in box(x, y, (*generator.uniform(0.05, 0.07, 2), generator.uniform(0.05, 0.1)))
+    ]
+    return seen(flat(1.0, 1.0) + things, np.deg2rad(40), height=1.2, seed=seed)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_plane_that_cuts_through_things_is_seen_through(seed):
+    points, from_camera, eye = cluttered(seed)
+    found = find_table(points, seed)
+    assert is_the_table(found, from_camera, eye) and found.doubt == ""
+
+
+def test_what_is_seen_through_is_doubted_where_there_is_no_other():
+    generator = np.random.default_rng(0)
+    points, _, _ = seen(flat(0.5, 0.5), np.deg2rad(50), seed=1)
+    far = points[generator.random(len(points)) < 0.5] * generator.uniform(1.2, 1.6, (1, 1))
+    veil = points[generator.random(len(points)) < 0.5]
+    behind = far * generator.uniform(1, 1.5, (len(far), 1))
+    found = find_table(np.concatenate([veil, behind]), seed=0)
+    assert "it cuts through things: as much is seen through it as" in found.doubt
+
+
+HASH = """
+import hashlib, sys
+import numpy as np
+from imitate.perception.tabletop import find_table
+table = find_table(np.load(sys.argv[1]), 3)
+parts = (table.plane, table.outline, table.table_from_camera)
+print(hashlib.sha256(b"".join(part.tobytes() for part in parts)).hexdigest())
+"""
+
+
+def bits(table):
+    parts = (table.plane, table.outline, table.table_from_camera)
+    return hashlib.sha256(b"".join(part.tobytes() for part in parts)).hexdigest()
+
+
+def test_a_cluttered_view_gives_the_same_bits_eight_times_and_in_another_process(tmp_path):
+    points, _, _ = cluttered()
+    found = {bits(find_table(points, 3)) for _ in range(8)}
+    np.save(tmp_path / "points.npy", points)
+    threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
+    run = subprocess.run(
+        [sys.executable, "-c", HASH, str(tmp_path / "points.npy")],
+        env=os.environ | threads,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert found == {run.stdout.strip()}
 
 
 def test_frame_is_right_handed_with_z_up_and_x_away():
