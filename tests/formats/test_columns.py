@@ -12,6 +12,7 @@ from recorded import STEP, record
 
 from imitate.formats.columns import Packed, pack, pack_integral, pack_rotations, unpack
 from imitate.formats.steps import Prefixes, pack_record, unpack_record
+from imitate.record import Start, TrialRecord
 
 ANY = st.integers(0, 2**64 - 1)  # as bits: NaNs with payloads, −0, subnormals and infinities too
 SHAPES = st.tuples(st.integers(0, 12), st.integers(0, 3))
@@ -103,3 +104,76 @@ def test_steps_in_common_are_written_once() -> None:
     read = unpack_record(packed, first)
     for field in ("commands", *second.STATE_FIELDS):
         assert_same_bits(getattr(read, field), getattr(second, field))
+
+
+def nudged(values: np.ndarray) -> np.ndarray:
+    changed = np.array(values)
+    changed.flat[0] = np.nextafter(changed.flat[0], np.inf)
+    return changed
+
+
+def one_thing_else(first: TrialRecord, what: str) -> TrialRecord:
+    """The record with one bit of its beginning, or of how it is read, changed."""
+    start = first.start
+    match what:
+        case "start.force":
+            return replace(first, start=Start(start.joints, start.objects, start.force + 1))
+        case "start.joints":
+            return replace(first, start=Start(nudged(start.joints), start.objects, start.force))
+        case "start.objects":
+            return replace(first, start=Start(start.joints, nudged(start.objects), start.force))
+        case "time_step":
+            return replace(first, time_step=first.time_step * 2)
+        case "control_every":
+            return replace(first, control_every=2, commands=np.repeat(first.commands, 2, axis=0))
+    return replace(first, **{what: nudged(getattr(first, what))})
+
+
+BEGINNING = ("start.force", "start.joints", "start.objects", "time_step", "control_every", "commands")
+
+
+@pytest.mark.parametrize("what", [*BEGINNING, *TrialRecord.STATE_FIELDS])
+def test_steps_are_in_common_only_where_the_whole_beginning_is(what: str) -> None:
+    first = record(40, seed=1)
+    prefixes = Prefixes()
+    prefixes.take(first)
+    assert prefixes.take(one_thing_else(first, what)) == (1, 0, 0)
+    assert prefixes.take(first) == (2, 20, 0)
+
+
+def test_steps_up_to_the_middle_of_a_tick_are_not_in_common() -> None:
+    # A command belongs to a whole tick: it cannot be cut in two.
+    first = replace(record(40, seed=1), option_starts=(0, 18))
+    prefixes = Prefixes()
+    assert [prefixes.take(first) for _ in range(2)] == [(0, 0, 0), (1, 0, 0)]
+    later = replace(first, option_starts=(0, 20, 30, 36))
+    assert [prefixes.take(later)[1] for _ in range(2)] == [0, 20]
+
+
+def test_the_longest_beginning_in_common_counts_and_who_had_it_first() -> None:
+    first = replace(record(40, seed=1), option_starts=(0, 12, 28))
+    second, third = (one_row_else(first, row) for row in (20, 30))
+    prefixes = Prefixes()
+    taken = [prefixes.take(r) for r in (first, second, third, second, first)]
+    assert taken == [(0, 0, 0), (1, 12, 0), (2, 28, 0), (3, 28, 1), (4, 28, 0)]
+    owns = [pack_record(first, (0, 0, 0), *t).owns for t in taken]
+    assert owns == [True, True, False, False, False]
+
+
+def one_row_else(first: TrialRecord, row: int) -> TrialRecord:
+    poses = np.array(first.hand_poses)
+    poses[row] += 1
+    return replace(first, hand_poses=poses)
+
+
+def test_a_record_is_stored_with_what_says_which_and_how() -> None:
+    written = record(40, seed=3)
+    packed = pack_record(written, (1, 2, 3), 7, 20, 4)
+    assert (packed.segment, packed.formulation, packed.trial) == (1, 2, 3)
+    assert (packed.number, packed.shared, packed.owner) == (7, 20, 4)
+    assert (packed.time_step, packed.control_every, packed.option_starts) == (STEP, 4, (0, 20))
+    read = unpack_record(packed)  # where what is shared is not at hand, its own steps
+    assert_same_bits(read.hand_poses, written.hand_poses[20:])
+    assert_same_bits(read.commands, written.commands[5:])
+    assert_same_bits(read.start.joints, written.start.joints)
+    assert read.control_every == 4

@@ -10,12 +10,15 @@ from records import gripping
 
 from imitate.events import TrialFinished
 from imitate.geometry import normalised
-from imitate.learning.exploration import adapted, first_spread, improved, sample
+from imitate.learning.exploration import adapted, cost_to_go, first_spread, improved, sample
 from imitate.settings import Settings, parse_settings
 from imitate.skill import CostTerms, Policy
 
 RNG = 7
 MEAN = Policy("green", 2.0, np.eye(7)[6], np.eye(7)[6], np.full((4, 6), 3.0), np.zeros(3))
+
+
+ALL = ("constant", "covariance", "power", "per-kernel")
 
 
 def settings(exploration: str, **changes: float) -> Settings:
@@ -40,7 +43,62 @@ def test_the_mean_goes_to_the_cheapest_trial(exploration):
     np.testing.assert_array_equal(moved.goal, MEAN.goal)
 
 
-ALL = ("constant", "covariance", "power", "per-kernel")
+def test_the_mean_goes_to_the_trial_with_the_cheapest_end_with_noise_per_kernel(perfect):
+    # Only the terminal cost tells the trials apart: it belongs to the cost to go from every tick on.
+    s = settings("per-kernel", eliteness=50.0)
+    tried = recorded(trials(s, 8), perfect, [100.0] * 7 + [0.0], [-1] * 8)
+    moved, best = improved(MEAN, tried, [0.0] * 8, s), tried[-1].policies[-1]
+    np.testing.assert_allclose(moved.pose_weights, MEAN.pose_weights + best.pose_noise, atol=1e-6)
+    np.testing.assert_allclose(moved.gripper_weights, MEAN.gripper_weights + best.gripper_noise, atol=1e-6)
+    np.testing.assert_array_equal(moved.goal, MEAN.goal)
+
+
+def test_with_noise_per_kernel_each_kernel_learns_from_what_its_own_time_and_later_cost(perfect):
+    # The first trial switches in the middle, the second at the end: before both, they cost the same.
+    s = settings("per-kernel", eliteness=50.0)
+    tried = recorded(trials(s, 2), perfect, [0.0, 0.0], [60, 119])
+    first, second = (trial.policies[-1].pose_noise for trial in tried)
+    change = improved(MEAN, tried, [0.0, 0.0], s).pose_weights - MEAN.pose_weights
+    share = (change - second) / (first - second)  # of the first trial, of each kernel
+    assert share[0] == pytest.approx(0.5, abs=0.1)
+    assert np.all(np.diff(share[:, 0]) > 0)
+    assert share[-1] == pytest.approx(1, abs=0.01)
+
+
+def test_the_cost_to_go_is_the_terminal_cost_and_what_is_still_to_be_paid(perfect):
+    s = settings("per-kernel")
+    (trial,) = recorded(trials(s, 1), perfect, [7.0], [30])
+    went = cost_to_go(trial, s)
+    assert went.shape == (120,)
+    np.testing.assert_allclose(went[:31], 7 + s.learning.switch_cost)
+    np.testing.assert_allclose(went[31:], 7)
+    with pytest.raises(ValueError, match="a trial without its record has no costs in time"):
+        cost_to_go(replace(trial, record=None), s)
+
+
+def test_a_movement_cut_short_cost_nothing_more_after_its_end_and_the_rest_after_it_does_not_count(perfect):
+    s = settings("per-kernel")
+    (trial,) = recorded(trials(s, 1), perfect, [7.0], [30])
+    longer, shorter = (replace(trial, policies=(replace(MEAN, duration=t),)) for t in (3.0, 1.0))
+    assert cost_to_go(longer, s).shape == (180,)
+    np.testing.assert_allclose(cost_to_go(longer, s)[120:], 7)
+    assert cost_to_go(longer, s)[30] == 7 + s.learning.switch_cost
+    np.testing.assert_array_equal(cost_to_go(shorter, s), cost_to_go(trial, s)[:60])
+
+
+@pytest.mark.parametrize("exploration", ["constant", "power", "per-kernel"])
+def test_the_factor_scales_all_noise_alike(exploration):
+    s = settings(exploration, **GOAL)
+    whole, third = (sample(MEAN, np.random.default_rng(RNG), f, s) for f in (1.0, 1 / 3))
+    for field in ("pose_weights", "gripper_weights", "pose_noise", "gripper_noise"):
+        there, less = getattr(whole, field), getattr(third, field)
+        centre = getattr(MEAN, field) if field.endswith("weights") else 0.0
+        np.testing.assert_allclose(less - centre, (there - centre) / 3, atol=1e-12, err_msg=field)
+    off, nearer = (policy.goal[:3] - MEAN.goal[:3] for policy in (whole, third))
+    np.testing.assert_allclose(nearer, off / 3, atol=1e-12)
+    assert whole.gripper_weights.any() or whole.gripper_noise.any()
+
+
 GOAL = {"goal_noise": 0.03, "goal_turn_noise": 0.07}
 
 

@@ -51,6 +51,26 @@ def test_grasps_are_told_apart(perfect, closed, pressed, words):
     assert str(grasp_of(trial(perfect, closed, pressed, lifted=0.1), 0)) == words
 
 
+@pytest.mark.parametrize(
+    ("share", "kind"), [(0.01, "missed"), (0.98, "missed"), (1.0, "held"), (1.5, "held")]
+)
+def test_what_is_pressed_with_less_than_half_of_what_two_fingers_give_is_not_gripped(perfect, share, kind):
+    closed = trial(perfect, [(0.5, 2)], [(0.6, 2)])
+    assert grasp_of(replace(closed, contact_forces=closed.contact_forces * share / 2), 0).kind == kind
+
+
+def test_a_touch_is_told_from_none_at_all(perfect):
+    faint = np.zeros((STEPS, 2))
+    faint[100, 0] = 1e-6
+    for closed, kind in ((), "open"), ([(0.5, 2)], "missed"):
+        assert grasp_of(replace(trial(perfect, closed), contact_forces=faint), 0).kind == kind
+        assert grasp_of(replace(trial(perfect, closed), contact_forces=faint), 1).kind == "untouched"
+
+
+def test_pressing_while_the_gripper_opens_is_no_grip(perfect):
+    assert grasp_of(trial(perfect, [(0.5, 1.0)], [(1.0, 1.5)]), 0).kind == "missed"
+
+
 def falling(record, closed, pressed, by=(0, 0, 0), turn=0.0, body=0, at=1.75):
     """A trial in which a body jumps by metres and radians at ``at`` s."""
     gripped = trial(record, closed, pressed)

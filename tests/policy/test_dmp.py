@@ -1,5 +1,7 @@
 """A movement primitive is linear in its weights, reaches its goal, and imitates what it is shown."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -70,6 +72,20 @@ def test_noise_of_all_kernels_alike_is_only_the_most_active_share(shape):
     # Each time one kernel acts, with less than all of the activation.
     assert np.all(shape.noise.sum(axis=1) <= shape.kernels.sum(axis=1) + 1e-12)
     assert shape.noise[-1].sum() > 0
+
+
+@pytest.mark.parametrize("decay", [0.0, DECAY])
+def test_each_kernel_is_as_wide_as_the_way_to_the_next_and_the_last_as_that_to_it(decay):
+    shape = response(101, 5, decay, STIFFNESS)
+    centres = [np.exp(-decay * t) if decay else 1 - t for t in (0, 0.25, 0.5, 0.75, 1)]
+    ways = [before - after for before, after in pairwise(centres)]
+    psi = np.array(
+        [
+            [np.exp(-(((x - c) / way) ** 2) / 2) for c, way in zip(centres, [*ways, ways[-1]], strict=True)]
+            for x in shape.phase
+        ]
+    )
+    np.testing.assert_allclose(shape.activations, psi / psi.sum(axis=1)[:, None], rtol=1e-9)
 
 
 def test_a_phase_without_decay_falls_evenly_to_zero():

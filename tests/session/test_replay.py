@@ -15,7 +15,7 @@ from imitate.formats.session_writer import SessionWriter
 from imitate.geometry import resample
 from imitate.record import TrialRecord
 from imitate.session.compare import compare_steps
-from imitate.session.replay import replay
+from imitate.session.replay import Part, replay
 from imitate.session.versions import versions
 from imitate.world.engine import data_path
 from imitate.world.robot import description_of, load_robot
@@ -214,3 +214,52 @@ def test_a_mesh_that_changed_is_not_replayed(
     mesh.write_text(mesh.read_text() + "\n# changed\n")
     with pytest.raises(SceneError, match=r"meshes/collision/finger.obj differs; its SHA-256 begins"):
         replay(path)
+
+
+TIMED = replace(scripted.trial(1, 0, 4, "explore", 0, 20.0, ""), record=recorded.record(steps=40))
+ENDED = 10
+"""s on the session's clock; forty steps before, TIMED began."""
+
+
+@pytest.mark.parametrize(
+    ("begin", "end", "steps"),
+    [
+        (0, 40, (0, 40)),
+        (5, 35, (5, 35)),
+        (4.5, 40, (5, 40)),  # a step that began before is not from then on
+        (0, 35.5, (0, 35)),  # one that ends after is not up to then
+        (4.0000001, 35.0000001, (4, 35)),  # a clock's rounding is no step
+        (-3, 99, (0, 40)),
+        (50, 60, (50, 40)),  # none: it is over
+        (-9, -1, (0, 0)),  # none: it has not begun
+    ],
+)
+def test_from_and_to_take_whole_steps_that_lie_between(
+    begin: float, end: float, steps: tuple[int, int]
+) -> None:
+    began = ENDED - 40 / 240
+    part = Part(begin=began + begin / 240, end=began + end / 240)
+    assert part.steps_of(TIMED, ENDED * 10**9) == steps
+
+
+@pytest.mark.parametrize(
+    ("part", "taken"),
+    [
+        (Part(), True),
+        (Part(segment=1), True),
+        (Part(segment=0), False),
+        (Part(formulation=0, trial=4), True),
+        (Part(formulation=1, trial=4), False),
+        (Part(segment=1, formulation=0, trial=5), False),
+    ],
+)
+def test_a_part_takes_the_trials_that_it_names(part: Part, taken: bool) -> None:
+    assert part.steps_of(TIMED, ENDED * 10**9) == ((0, 40) if taken else (0, 0))
+    assert part.steps_of(replace(TIMED, record=None), ENDED * 10**9) == (0, 0)
+
+
+def test_a_part_is_named() -> None:
+    assert str(Part(1, 0, 2, 3.5, 4.25)) == "segment 1, formulation 0, trial 2, 3.5 to 4.25 s"
+    assert str(Part(segment=0)) == "segment 0"
+    assert str(Part(end=2.0)) == "0 to 2 s"
+    assert (Part().whole, Part(trial=0).whole, Part(begin=1.0).whole) == (True, False, False)

@@ -98,9 +98,7 @@ def main() -> None:
     made.close()
     arrays = {field: getattr(record, field) for field in FIELDS}
     starts = np.array(record.option_starts)
-    np.savez_compressed(
-        FILE, allow_pickle=False, option_starts=starts, versions=json.dumps(versions()), **arrays
-    )
+    np.savez_compressed(FILE, option_starts=starts, versions=json.dumps(versions()), **arrays)
 
 
 if __name__ == "__main__":
