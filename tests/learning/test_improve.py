@@ -1,5 +1,6 @@
 """One formulation learned in a made-up world, where a grip that is firm enough places the block."""
 
+from collections import Counter
 from dataclasses import replace
 from itertools import count, groupby
 
@@ -13,6 +14,7 @@ from records import moved, still
 from imitate.events import Converged, Evaluated, PolicyUpdated, Skipped, TrialFinished
 from imitate.learning import runs
 from imitate.learning.improve import Improvement
+from imitate.learning.option import Success
 from imitate.learning.places import Place
 from imitate.learning.runs import Runs
 from imitate.learning.trials import nothing_is_skipped
@@ -432,3 +434,37 @@ def test_what_was_judged_before_it_is_skipped_is_not_judged_again(learn):
     assert kinds[at:] == [Skipped, Evaluated]
     assert 0.8 <= learned.success.rate < 0.95
     assert not learned.accepted
+
+
+@pytest.mark.parametrize(
+    ("judgements", "kept"),
+    [
+        ([(False, 0.9, 0.95), (True, 0.1, 0.8)], 1),  # accepted before firm and often
+        ([(True, 0.3, 0.95), (True, 0.6, 0.85)], 1),  # firm before often
+        ([(True, 0.6, 0.85), (True, 0.3, 0.95)], 0),
+        ([(True, 0.6, 0.85), (True, 0.6, 0.9)], 1),
+        ([(True, 0.6, 0.9), (True, 0.6, 0.9)], 0),  # of equals, the first
+        ([(False, 0.0, 0.4), (False, 0.0, 0.5), (False, 0.0, 0.3)], 1),
+    ],
+)
+def test_the_best_that_was_judged_has_the_last_word(learn, monkeypatch, judgements, kept):
+    rows, judge = [], runs.Runs.judge
+
+    def scripted(self, row, *args, **how):
+        learned = yield from judge(self, row, *args, **how)
+        rows.append(row)
+        accepted, firm, rate = judgements[min(len(rows), len(judgements)) - 1]
+        return replace(learned, accepted=accepted, firm=firm, success=Success(round(100 * rate), 100))
+
+    monkeypatch.setattr(runs.Runs, "judge", scripted)
+    learned = learn(lambda _: 0.0, converged_below=0.0, updates=len(judgements) - 1, more_updates=0)[1]
+    assert len(rows) == len(judgements) + 1
+    assert rows[-1] is rows[kept]
+    assert learned.row is rows[kept]
+
+
+def test_a_trial_competes_once(learn):
+    events, _ = learn(failing(0))
+    competing = Counter(id(e.policies[-1]) for e in events if getattr(e, "purpose", "") == "choose")
+    assert len(competing) > 5
+    assert set(competing.values()) == {load_settings().learning.candidate_starts}

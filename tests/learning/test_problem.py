@@ -116,6 +116,36 @@ def test_a_later_skill_must_not_undo_what_was_placed(stacking):
     assert said == "cubeA ends 100 mm from its place relative to cubeB"
 
 
+def test_acceleration_costs_by_its_square_in_metres_and_seconds_at_each_tick(carry_problem, perfect):
+    # Evenly accelerated along a slope: what differences of positions give is exact.
+    t = np.arange(perfect.steps) * perfect.time_step
+    hand = perfect.hand_poses.copy()
+    hand[:, :3] += np.outer(t**2 / 2, [0.3, 0.0, 0.4])
+    speeding = replace(perfect, hand_poses=hand)
+    ticks = perfect.steps // perfect.control_every
+    cost = cost_of(carry_problem, speeding, False, LEARNING)
+    assert cost.acceleration == pytest.approx(LEARNING.acceleration_cost * 0.5**2 * (ticks - 2))
+    # Of a row of options, only the last one's.
+    second = replace(speeding, option_starts=(0, perfect.steps // 2))
+    later = cost_of(carry_problem, second, False, LEARNING)
+    assert later.acceleration == pytest.approx(LEARNING.acceleration_cost * 0.5**2 * (ticks / 2 - 2))
+
+
+def test_a_switch_is_against_the_command_before_the_option(carry_problem, perfect):
+    # Closed before the option and at its start: no switch; of the first option the start says it.
+    forces = np.concatenate([np.zeros(30), np.full(90, 20.0)])
+    record = gripping(perfect, forces)
+
+    def switches(record):
+        return cost_of(carry_problem, record, False, LEARNING).gripper / LEARNING.switch_cost
+
+    begun = {30: 1, 31: 0, 60: 0}
+    assert {tick: switches(replace(record, option_starts=(0, 4 * tick))) for tick in begun} == begun
+    closed = gripping(perfect, np.full(120, 20.0))
+    assert switches(closed) == 1
+    assert switches(replace(closed, start=replace(closed.start, force=5.0))) == 0
+
+
 def test_a_pose_out_of_reach_costs_a_fixed_amount(carry_problem, perfect):
     cost = cost_of(carry_problem, perfect, True, LEARNING)
     assert cost.terminal == LEARNING.unreachable_cost

@@ -213,3 +213,61 @@ def test_what_never_succeeded_teaches_nothing_but_in_the_papers_mode(stacking, m
     first, second = means
     moved = 1.0 if keeps or succeeds else 0.0
     assert np.array_equal(second.pose_weights, first.pose_weights + moved)
+
+
+@pytest.fixture
+def told(monkeypatch, stacking):
+    """Runs the search with formulations that succeed from so many of 20 starts; each adds 1 to its weights."""
+    demonstration, segments = stacking
+    record = still(demonstration)
+
+    def run(script, **learning):
+        counts, means = iter(script), []
+
+        class Scripted:
+            def __init__(self, problem, _prefix, mean, *_):
+                means.append((problem.formulation.segment, problem.formulation.index, mean, problem.imitated))
+                self.problem = problem
+                self.policy = replace(mean, pose_weights=mean.pose_weights + 1.0)
+
+            def run(self, _):
+                won, f = next(counts), self.problem.formulation
+                for n in range(20):
+                    yield TrialFinished(
+                        *(f.segment, f.index, n, "evaluate", 0, (self.policy,), CostTerms(1.0, 0.0, 0.0)),
+                        *(n < won, "" if n < won else "off", record),
+                    )
+                share = won / 20
+                return Learned((self.policy,), 1.0, Success(won, 20), share, share, share >= 0.8)
+
+        monkeypatch.setattr(reformulate, "Improvement", Scripted)
+        course = learn_options(demonstration, segments, FakeTrials(**learning), Start([0.0], [[0.0] * 7]), 0)
+        while True:
+            try:
+                next(course)
+            except StopIteration as end:
+                return means, end.value
+
+    return run
+
+
+@pytest.mark.parametrize("keeps", [True, False])
+def test_what_was_learned_before_the_search_went_back_is_not_gone_on_with_but_in_the_papers_mode(told, keeps):
+    # The carry; the retreat without and with the gripper; the carry's next; the retreat again.
+    means, _ = told([20, 5, 5, 20, 20], keep_failed=keeps)
+    moved = {
+        (segment, index): float((mean.pose_weights - imitated.pose_weights).mean())
+        for segment, index, mean, imitated in means
+    }
+    assert list(moved) == [(0, 0), (1, 0), (1, 1), (0, 1), (1, 2)]
+    assert moved[1, 1] == pytest.approx(1)  # one formulation goes on from the other
+    assert moved[1, 2] == pytest.approx(2 if keeps else 0)
+
+
+@pytest.mark.parametrize(("script", "kept"), [([3, 12], 1), ([12, 3], 0), ([12, 12], 0)])
+def test_the_policy_that_succeeded_most_often_is_kept(told, script, kept):
+    _, search = told(script, formulations=2)
+    assert (search.best.formulation, search.best.successes, search.best.trials) == (kept, script[kept], 20)
+    assert search.given_up.endswith(
+        f"The best policy, of formulation {kept + 1} ({script[kept]} of 20), is kept."
+    )

@@ -123,3 +123,33 @@ def test_where_one_kernel_acts_at_a_time_steps_are_kernels(noise):
     held = np.repeat(noise[:, None, :, 0], 12, axis=1)
     a = per_kernel_update(noise[..., :1], to_go, acting, 10.0)[:, 0]
     assert np.allclose(per_step_update(held, to_go, acting, 10.0), a)
+
+
+def test_a_kernel_learns_most_from_early_steps_at_which_it_acts():
+    # By (N − i) ψ: of four steps, the first counts four times as much as the last.
+    acting = np.array([[0.5, 0.5], [1.0, 0.0], [0.0, 1.0], [0.25, 0.75]])
+    to_go = np.array([[0.0, 9.0], [9.0, 0.0], [0.0, 9.0], [9.0, 0.0]])  # who is the cheaper of two, in turn
+    noise = np.array([[[1.0], [1.0]], [[0.0], [0.0]]])
+    found = per_kernel_update(noise, to_go, acting, 1000.0)[:, 0]
+    np.testing.assert_allclose(found, [2 / (2 + 3 + 0.25), (2 + 2) / (2 + 2 + 0.75)])
+
+
+def test_probabilities_are_as_they_are_written_down():
+    p = np.exp([0.0, -1.0, -2.0])
+    np.testing.assert_allclose(probabilities(np.array([3.0, 5.0, 7.0]), 2.0), p / p.sum())
+    np.testing.assert_array_equal(probabilities(np.full((2, 4), 3.0), 9.0), np.full((2, 4), 0.25))
+
+
+def test_a_covariance_is_the_share_of_the_old_and_of_what_was_cheap_and_of_many_channels_each_its_own():
+    rng = np.random.default_rng(2)
+    noise, s = rng.normal(size=(K, 2, 3)), rng.uniform(0, 9, K)
+    old = np.array([np.eye(3), 4 * np.eye(3)])
+    p = probabilities(s, 5.0)
+    wanted = [
+        0.75 * old[c] + 0.25 * sum(p[k] * np.outer(noise[k, c], noise[k, c]) for k in range(K))
+        for c in (0, 1)
+    ]
+    np.testing.assert_allclose(covariance_update(old, noise, s, 5.0, 0.25, np.zeros(2)), wanted)
+    wide = covariance_update(old, noise, s, 5.0, 0.25, np.array([0.0, 30.0]))
+    np.testing.assert_allclose(wide[0], wanted[0])
+    np.testing.assert_allclose(wide[1], 900 * np.eye(3), atol=1e-9)

@@ -34,7 +34,29 @@ def test_the_order_of_trials_does_not_matter(noise, s, order):
 
 @given(noises)
 def test_nothing_rewarded_moves_nothing(noise):
-    assert not power_update(noise, np.zeros(K)).any()
+    still = power_update(noise, np.zeros(K))
+    assert still.shape == noise.shape[1:]
+    assert not still.any()
+    assert not power_update(noise, np.full(K, -1.0)).any()
+
+
+def test_a_reward_is_e_to_the_minus_cost_over_scale():
+    np.testing.assert_allclose(returns([0, 20, 40], 20.0), np.exp([0.0, -1.0, -2.0]))
+
+
+def test_in_time_it_is_the_sum_over_rollouts_and_steps_that_is_written_down():
+    rng = np.random.default_rng(3)
+    noise, variances = rng.normal(size=(K, 4)), rng.uniform(0.5, 2, (K, 4))
+    acting, to_go = rng.dirichlet(np.ones(4), 9), rng.uniform(0.1, 1, (9, K))
+    above, below = np.zeros(4), np.zeros(4)
+    for k in range(K):
+        for psi, gain in zip(acting, to_go[:, k], strict=True):
+            w = psi**2 / (psi @ (variances[k] * psi))
+            above += w * noise[k] * gain
+            below += w * gain
+    np.testing.assert_allclose(power_update_in_time(noise, to_go, acting, variances), above / below)
+    half = power_update_in_time(noise, to_go, acting, variances, least=below)
+    np.testing.assert_allclose(half, above / below / 2)
 
 
 @given(arrays(float, (K, 4), elements=st.floats(-10, 10)), st.floats(0.1, 10))

@@ -52,7 +52,7 @@ def test_a_free_hand_is_near_to_what_it_leaves_as_to_what_it_comes_to(hand):
 
 
 def test_what_goes_along_is_relevant_for_as_long_as_it_does():
-    score = RobustScore(moving(ACROSS, ACROSS, BLUE + [0, 0.3, 0]), SETTINGS)
+    score = RobustScore(moving(ACROSS, ACROSS, BLUE + np.array([0, 0.3, 0])), SETTINGS)
     last = len(score.times)
     assert score.said.shape == (last, 2)
     found = score.evidence(np.array([0, last // 2]), np.array([last // 2, last]))

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from imitate.events import TrialFinished
 from imitate.record import TrialRecord
-from imitate.session.compare import column_names, compare_steps, first_difference, unequal
+from imitate.session.compare import Difference, column_names, compare_steps, first_difference, unequal
 
 OBJECTS = ("blue", "green")
 RECORD = recorded.record(steps=40)
@@ -98,3 +98,83 @@ def test_fields_of_events_are_named() -> None:
         found = first_difference(trial, other, objects=OBJECTS)
         assert found is not None, field
         assert found.field == field
+
+
+@pytest.mark.parametrize(
+    ("recorded", "replayed", "shown"),
+    [
+        (3, 4, (3, 4)),
+        (0.5, 0.25, (0.5, 0.25)),
+        (True, False, ("True", "False")),
+        ("let go", "slipped", ("let go", "slipped")),
+        (None, 3, ("None", 3)),
+        (scripted.REACH, None, ("Abstraction", "None")),
+        (b"ab", b"a", ("b'ab'", "b'a'")),
+        ("a" * 200, "a" * 201, ("a" * 200, "a" * 199 + "…")),
+    ],
+)
+def test_values_are_shown_as_they_are_and_not_at_length(recorded, replayed, shown) -> None:
+    found = first_difference(recorded, replayed, "value")
+    assert found is not None
+    assert (found.field, found.recorded, found.replayed, found.step) == ("value", *shown, None)
+    assert [type(value) for value in (found.recorded, found.replayed)] == [type(value) for value in shown]
+    assert first_difference(recorded, recorded, "value") is None
+
+
+def test_of_a_trial_its_steps_are_named_before_what_follows_from_them() -> None:
+    trial = replace(scripted.trial(1, 0, 4, "explore", 0, 20.0, "fell"), record=RECORD)
+    changed = flipped(RECORD, "hand_poses", 5, 0, 1)
+    other = replace(trial, success=True, failure="", cost=replace(trial.cost, terminal=1.0), record=changed)
+    found = first_difference(trial, other, objects=OBJECTS)
+    assert found is not None
+    assert (found.field, found.step) == ("hand_poses.x", 5)
+
+
+def test_parts_of_mappings_and_shapes_are_named() -> None:
+    found = first_difference({"a": 1, "b": (1, 2)}, {"a": 1, "b": (1, 3)}, "versions")
+    assert found == Difference("versions[b][1]", 2, 3)
+    assert first_difference({"a": 1}, {"a": 1, "b": 2}, "versions") == Difference("versions.length", 1.0, 2.0)
+    found = first_difference(np.zeros(2), np.zeros((1, 2)), "goal")
+    assert found == Difference("goal.shape", "(2,)", "(1, 2)")
+    assert first_difference(1.0, 1.0 + 1e-9, "cost", atol=1e-8) is None
+    assert first_difference(np.ones((2, 2)), np.ones((2, 2)), "goal") is None
+
+
+@pytest.mark.parametrize(
+    ("window", "compared", "divergent"),
+    [(None, 40, 4), ((30, 40), 10, 4), ((0, 38), 38, 2), ((0, 36), 36, 0), ((-5, 99), 40, 4)],
+)
+def test_steps_that_are_missing_count_within_the_window(window, compared: int, divergent: int) -> None:
+    short = replace(RECORD, **{f: getattr(RECORD, f)[:36] for f in FIELDS}, commands=RECORD.commands[:9])
+    found = compare_steps(RECORD, short, OBJECTS, window=window)
+    assert (found.compared, found.divergent) == (compared, divergent)
+    assert found.first == (Difference("steps", 40, 36, 36) if divergent else None)
+    longer = compare_steps(short, RECORD, OBJECTS)
+    assert (longer.compared, longer.divergent) == (36, 4)
+
+
+def test_differing_steps_and_missing_ones_add_up_and_the_first_is_named() -> None:
+    changed = flipped(flipped(RECORD, "hand_poses", 7, 2, 0), "contact_forces", 9, 0, 0)
+    short = replace(changed, **{f: getattr(changed, f)[:36] for f in FIELDS}, commands=RECORD.commands[:9])
+    found = compare_steps(RECORD, short, OBJECTS)
+    assert (found.divergent, found.first.step, found.first.field) == (6, 7, "hand_poses.z")
+
+
+@pytest.mark.parametrize(
+    ("field", "value"), [("time_step", 1 / 120), ("control_every", 2), ("option_starts", (0, 24))]
+)
+def test_records_of_other_grids_differ_in_every_step(field: str, value: object) -> None:
+    found = compare_steps(RECORD, replace(RECORD, **{field: value}), OBJECTS)
+    assert (found.compared, found.divergent) == (40, 40)
+    assert found.first is not None
+    assert found.first.step == 0
+    assert found.first.field.startswith(field)
+
+
+def test_a_command_is_named_before_the_state_of_its_step() -> None:
+    changed = flipped(flipped(RECORD, "commands", 2, 3, 0), "joint_positions", 8, 0, 0)
+    found = compare_steps(changed, RECORD, OBJECTS)
+    assert (found.divergent, found.first.step, found.first.field) == (1, 8, "commands[joint 3]")
+    later = flipped(flipped(RECORD, "commands", 2, 3, 0), "joint_positions", 7, 0, 0)
+    found = compare_steps(later, RECORD, OBJECTS)
+    assert (found.divergent, found.first.step, found.first.field) == (2, 7, "joint_positions[0]")

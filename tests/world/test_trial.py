@@ -1,5 +1,6 @@
 """Trials: the same bits from the same start and commands, whatever ran before."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -100,6 +101,34 @@ def test_a_pose_out_of_reach_ends_the_trial_and_is_said(carry, simulator):
     outcome = simulator.run(start, [replace(policy, goal=goal)])
     assert "out of reach" in outcome.unreachable
     assert 0 < outcome.record.steps < policy.duration * SETTINGS.world.physics_rate
+
+
+@pytest.mark.parametrize("up", [0.8, 2.0])
+def test_nothing_is_commanded_from_the_pose_out_of_reach_on(carry, simulator, up):
+    _, start, policy = carry
+    away = replace(policy, goal=policy.goal + np.array([0, 0, up, 0, 0, 0, 0]))
+    outcome = simulator.run(start, [away, policy])
+    said = re.fullmatch(r"out of reach (\d+\.\d\d) s into the skill: \((.*)\) m", outcome.unreachable)
+    ticks = round(float(said[1]) * SETTINGS.world.control_rate)
+    record = outcome.record
+    assert record.option_starts == (0,)  # nor is the next policy run
+    assert len(record.commands) == ticks
+    assert record.steps == ticks * record.control_every
+    hand = [simulator.arm.forward(simulator.world.spec.base, joints) for joints in record.commands[:, :-1]]
+    x, y, z = map(float, said[2].split(", "))
+    step = np.linalg.norm(np.diff([pose[:3] for pose in hand], axis=0), axis=1).max()
+    assert np.linalg.norm(hand[-1][:3] - [x, y, z]) < 2 * step + SETTINGS.world.reach_tolerance
+
+
+def test_where_even_the_first_pose_is_out_of_reach_one_tick_is_run(carry, simulator):
+    _, start, policy = carry
+    policy = replace(policy, duration=0.25)  # so short that the way there is a jump
+    weights = np.zeros_like(policy.pose_weights)
+    weights[:, 2] = 100.0
+    outcome = simulator.run(start, [replace(policy, pose_weights=weights)])
+    assert "out of reach" in outcome.unreachable
+    assert 1 <= len(outcome.record.commands) < 15
+    assert outcome.record.steps == 4 * len(outcome.record.commands)
 
 
 def test_forces_stay_within_the_grippers(carry, simulator):
