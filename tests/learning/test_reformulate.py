@@ -217,7 +217,7 @@ def test_what_never_succeeded_teaches_nothing_but_in_the_papers_mode(stacking, m
 
 @pytest.fixture
 def told(monkeypatch, stacking):
-    """Runs the search with formulations that succeed from so many of 20 starts; each adds 1 to its weights."""
+    """Runs the search; formulations succeed from so many of 20 starts, and add 1 to their weights."""
     demonstration, segments = stacking
     record = still(demonstration)
 
