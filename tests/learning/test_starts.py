@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+from imitate.errors import ImitateError
 from imitate.geometry import angle_between, compose, relative
 from imitate.learning.starts import perturbed_starts
 from imitate.learning.support import standing_on
@@ -42,6 +44,63 @@ def test_every_object_moves_within_its_bounds(spec):
     assert np.all(off[..., 2] == 0)
     assert turned.max() <= 15.0 + 1e-6
     assert turned.max() > 10
+
+
+def test_objects_move_and_turn_either_way_and_stand_as_they_stood(spec):
+    made = starts(spec)
+    poses = np.array([s.objects for s in made])
+    off = (poses - spec.object_poses)[..., :2]
+    assert off.min() < -0.015 < 0.015 < off.max()
+    assert np.abs(off.mean(axis=0)).max() < 0.007
+    turned = (
+        Rotation.from_quat(poses[..., 3:].reshape(-1, 4))
+        * Rotation.from_quat(np.tile(spec.object_poses[:, 3:], (len(made), 1))).inv()
+    )
+    about = np.rad2deg(turned.as_rotvec())
+    np.testing.assert_allclose(about[:, :2], 0, atol=1e-9)
+    assert about[:, 2].min() < -10 < 10 < about[:, 2].max()
+    assert {tuple(s.joints) for s in made} == {tuple(spec.home)}
+    assert {s.force for s in made} == {0.0}
+
+
+def test_a_tower_moves_as_one_whatever_the_order_of_its_objects(spec):
+    sizes = np.full((3, 3), 0.04)
+    heights = {0: 0.10, 1: 0.02, 2: 0.06}  # the middle one comes last
+    poses = np.array([[0.5, 0, heights[k], 0, 0, 0, 1] for k in range(3)])
+    tower = replace(
+        spec, object_names=("c", "a", "b"), object_sizes=sizes, object_masses=np.ones(3), object_poses=poses
+    )
+    assert standing_on(tower).tolist() == [2, -1, 1]
+    for start in starts(tower):
+        shown, now = (relative(p[[1, 2]], p[[2, 0]]) for p in (poses, start.objects))
+        np.testing.assert_allclose(now, shown, atol=1e-12)
+
+
+def test_what_is_beside_another_or_over_a_gap_does_not_stand_on_it(spec):
+    def pair(x, gap):
+        low, high = [0.5, 0, 0.02, 0, 0, 0, 1], [0.5 + x, 0, 0.06 + gap, 0, 0, 0, 1]
+        return replace(spec, object_sizes=np.full((2, 3), 0.04), object_poses=np.array([high, low]))
+
+    assert standing_on(pair(0.0, 0.0)).tolist() == [1, -1]
+    assert standing_on(pair(0.028, 0.004)).tolist() == [1, -1]
+    assert standing_on(pair(0.028, 0.006)).tolist() == [-1, -1]
+    assert standing_on(pair(0.029, 0.0)).tolist() == [-1, -1]
+
+
+def test_objects_that_cannot_be_kept_apart_are_said(spec):
+    grid = [[0.5 + x, y, 0.02, 0, 0, 0, 1] for x in (0, 0.045, 0.09) for y in (0, 0.045, 0.09)]
+    crowd = replace(
+        spec,
+        object_names=tuple("abcdefghi"),
+        object_sizes=np.full((9, 3), 0.04),
+        object_masses=np.ones(9),
+        object_poses=np.array(grid),
+    )
+    words = (
+        "no start with every object moved by up to 2 cm keeps the objects apart; .* learning.shift smaller"
+    )
+    with pytest.raises(ImitateError, match=words):
+        starts(crowd, count=1)
 
 
 def test_the_same_seed_gives_the_same_starts(spec):
