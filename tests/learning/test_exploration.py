@@ -86,6 +86,25 @@ def test_a_movement_cut_short_cost_nothing_more_after_its_end_and_the_rest_after
     np.testing.assert_array_equal(cost_to_go(shorter, s), cost_to_go(trial, s)[:60])
 
 
+def test_with_noise_per_kernel_the_pose_learns_from_its_movement_and_not_from_the_wait_before(perfect):
+    # Both trials switch while they wait, one of them twice: only what the gripper did differs.
+    s = settings("per-kernel", eliteness=50.0)
+    waits = [replace(t, policies=(replace(t.policies[-1], wait=0.5, duration=1.5),)) for t in trials(s, 2)]
+    first, second = recorded(waits, perfect, [0.0, 0.0], [3, 3])
+    commands = second.record.commands[:, -1].copy()
+    commands[6:9] = 0.0
+    second = replace(second, record=gripping(perfect, commands))
+    mean = replace(MEAN, wait=0.5, duration=1.5)
+    assert cost_to_go(first, s).shape == (120,)
+    moved = improved(mean, [first, second], [0.0, 0.0], s)
+    noise = [trial.policies[-1] for trial in (first, second)]
+    np.testing.assert_allclose(
+        moved.pose_weights - mean.pose_weights, np.mean([p.pose_noise for p in noise], axis=0), atol=1e-9
+    )
+    change, (a, b) = moved.gripper_weights - mean.gripper_weights, (p.gripper_noise for p in noise)
+    assert (change[0] - b[0]) / (a[0] - b[0]) > 0.51
+
+
 @pytest.mark.parametrize("exploration", ["constant", "power", "per-kernel"])
 def test_the_factor_scales_all_noise_alike(exploration):
     s = settings(exploration, **GOAL)

@@ -38,3 +38,20 @@ def test_a_force_too_small_to_hold_is_open():
     kept = forces(POLICY, TICKS, 80.0, settings(open_below=8.0))
     assert ((held > 0) & (held <= 8.0)).any()
     np.testing.assert_array_equal(kept, np.where(held > 8.0, held, 0.0))
+
+
+def test_one_that_holds_ends_at_its_last_weight():
+    squeeze = replace(POLICY, gripper_weights=np.array([0.0, 0.0, 0.0, 0.0, 30.0]))
+    lost, kept = (forces(replace(squeeze, holds=holds), TICKS, 80.0, settings()) for holds in (False, True))
+    assert lost[-1] < 10 < 27 < kept[-1] < 33
+    shape = response(TICKS, 5, 0.0, 50.0)
+    wanted = 30 * (shape.kernels[:, -1] + shape.goal)
+    np.testing.assert_allclose(kept, np.where(wanted > 2.0, wanted, 0.0))
+
+
+def test_noise_moves_what_is_held_to_as_weights_do():
+    one = replace(POLICY, gripper_weights=np.zeros(5), holds=True)
+    noisy = replace(one, gripper_noise=np.array([0.0, 0.0, 0.0, 0.0, 20.0]))
+    shape = response(TICKS, 5, 0.0, 50.0)
+    wanted = 20 * (shape.noise[:, -1] + shape.goal)
+    np.testing.assert_allclose(forces(noisy, TICKS, 80.0, settings()), np.where(wanted > 2.0, wanted, 0.0))

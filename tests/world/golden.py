@@ -64,6 +64,7 @@ GRASP = Policy(
     goal=np.array([0, 0, 0.01, 1, 0, 0, 0]),
     pose_weights=np.zeros((10, 6)),
     gripper_weights=np.array([40.0, 40.0, 40.0, 60.0, 200.0]),
+    wait=0.05,
 )
 CARRY = Policy(
     reference=TABLE,

@@ -31,8 +31,8 @@ def assert_close(found: TrialRecord) -> None:
 
 
 def test_it_says_something_of_a_grip_and_of_a_movement() -> None:
-    assert RECORD.option_starts == (0, 120)
-    assert RECORD.steps == 336
+    assert RECORD.option_starts == (0, 132)
+    assert RECORD.steps == 348
     assert RECORD.object_poses[-1, 0, 2] > 0.05
     assert RECORD.contact_forces[-1, 0] > 15
     assert np.abs(RECORD.joint_velocities).max() > 0.5

@@ -103,10 +103,10 @@ def test_a_pose_out_of_reach_ends_the_trial_and_is_said(carry, simulator):
     assert 0 < outcome.record.steps < policy.duration * SETTINGS.world.physics_rate
 
 
-@pytest.mark.parametrize("up", [0.8, 2.0])
-def test_nothing_is_commanded_from_the_pose_out_of_reach_on(carry, simulator, up):
+@pytest.mark.parametrize(("up", "wait"), [(0.8, 0.0), (2.0, 0.3)])
+def test_nothing_is_commanded_from_the_pose_out_of_reach_on(carry, simulator, up, wait):
     _, start, policy = carry
-    away = replace(policy, goal=policy.goal + np.array([0, 0, up, 0, 0, 0, 0]))
+    away = replace(policy, goal=policy.goal + np.array([0, 0, up, 0, 0, 0, 0]), wait=wait)
     outcome = simulator.run(start, [away, policy])
     said = re.fullmatch(r"out of reach (\d+\.\d\d) s into the skill: \((.*)\) m", outcome.unreachable)
     ticks = round(float(said[1]) * SETTINGS.world.control_rate)
