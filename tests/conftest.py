@@ -10,6 +10,11 @@ from imitate.demonstration import Demonstration, in_table_frame
 from imitate.formats.demonstrations import read_demonstration
 
 hypothesis.settings.register_profile("untimed", deadline=None)  # other work on the machine fails no test
+hypothesis.settings.register_profile(  # a mutation run asks whether a test fails, not by how little
+    "unshrunk",
+    deadline=None,
+    phases=set(hypothesis.Phase) - {hypothesis.Phase.shrink, hypothesis.Phase.explain},
+)
 hypothesis.settings.load_profile("untimed")
 
 FIXTURES = Path(__file__).parents[1] / "fixtures"

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import random
+import re
 import subprocess
 import sys
 import tomllib
@@ -57,10 +58,17 @@ def change_of(name: str) -> tuple[Change, str]:
     return (path.split()[-1], *changed), diff
 
 
-def equivalent() -> set[Change]:
-    """The changes that cannot matter."""
-    known = tomllib.loads(EQUIVALENT.read_text())["change"]
-    return {(change["file"], *change["lines"]) for change in known}
+def cannot_matter(change: Change) -> bool:
+    """Whether it is among those in equivalent.toml."""
+    known = tomllib.loads(EQUIVALENT.read_text())
+    file, *lines = change
+    if any((one["file"], one["lines"]) == (file, lines) for one in known["change"]):
+        return True
+    for kind in known["kind"]:
+        gone, come = ([re.sub(kind["matches"], "", x[1:]) for x in lines if x[0] == sign] for sign in "-+")
+        if gone == come:
+            return True
+    return False
 
 
 def room_of(name: str) -> str:
@@ -91,8 +99,7 @@ def run(count: int, seed: int, jobs: int, only: Sequence[str]) -> None:
     mutmut("run", "--max-children", str(jobs), *chosen)
     found = outcomes()
     survivors = {name: change_of(name) for name in chosen if found[name] not in KILLED}
-    known = equivalent()
-    real = {name: diff for name, (change, diff) in survivors.items() if change not in known}
+    real = {name: diff for name, (change, diff) in survivors.items() if not cannot_matter(change)}
     SURVIVORS.write_text("\n".join(real.values()))
     print_score([name for name in chosen if name in real or name not in survivors], found)
     print(f"{len(survivors) - len(real)} that cannot matter are left out; survivors: {SURVIVORS}")
