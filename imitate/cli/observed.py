@@ -193,10 +193,5 @@ def _yaw(pose: Any) -> float:
 
 
 def _warn(first: FirstView) -> None:
-    if first.table.doubt:
-        console.narrate(f"table: doubtful, it may be another plane: {first.table.doubt}")
-    for thing in first.objects:
-        if thing.uncertain:
-            console.narrate(
-                f"{thing.name}: uncertain, it may be more than one thing or no block: {thing.reason}"
-            )
+    for doubt in first.doubts:
+        console.narrate(doubt)

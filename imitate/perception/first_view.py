@@ -68,6 +68,17 @@ class FirstView:
     def __post_init__(self) -> None:
         object.__setattr__(self, "labels", read_only(self.labels, np.int32))
 
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Why the table or an object may be something else, a sentence each."""
+        table = f"table: doubtful, it may be another plane: {self.table.doubt}"
+        things = (
+            f"{thing.name}: uncertain, it may be more than one thing or no block: {thing.reason}"
+            for thing in self.objects
+            if thing.uncertain
+        )
+        return (*([table] if self.table.doubt else []), *things)
+
 
 def first_view(
     points: Array,

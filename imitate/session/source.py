@@ -78,7 +78,7 @@ def read_source(
     recording = open_recording(path, settings.perception)
     seen = observe(recording, settings, seed, watching)
     lost = seen.lost_frames
-    notes += recording.notes
+    notes += [*recording.notes, *seen.first.doubts]
     notes += [f"{name}: out of sight in {frames} frames; missing there" for name, frames in lost.items()]
     shown = seen.demonstration
     return Source(name, digest, shown, lost, shown.object_names, tuple(notes), recording.left_out)

@@ -49,12 +49,14 @@ def test_a_recording_says_what_it_lost(
 
     def observed(recording, *_):
         recording.survey()
-        return SimpleNamespace(demonstration=human_stack, lost_frames={"cubeA": 3})
+        first = SimpleNamespace(doubts=("table: doubtful",))
+        return SimpleNamespace(demonstration=human_stack, lost_frames={"cubeA": 3}, first=first)
 
     monkeypatch.setattr(watching, "observe", observed)
     source = read_source(tmp_path / "film.mcap", Settings(), 0)
     words = "pictures of /c/colour are left out" if much else "pictures of /c/colour is left out"
     assert source.notes[0].startswith(f"{len(gone)} of 40 {words}: stamped more than 1 s off")
+    assert source.notes[-2] == "table: doubtful"
     assert source.notes[-1] == "cubeA: out of sight in 3 frames; missing there"
     assert source.left_out == pytest.approx(len(gone) / 40)
     assert source.much_lost == much
