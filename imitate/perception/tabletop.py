@@ -208,7 +208,7 @@ def _carried(table: Table, larger: list[Table], grid: Array) -> int:
     placed = table.placed(grid)
     above = placed[:, 2] > np.maximum(COARSE, 2 * GATE * table.height_noise(grid))
     placed = placed[above & (placed[:, 2] < ROOM)]
-    touching = COARSE + 2 * GATE * float(np.median(table.height_noise(grid)))
+    touching = 2 * COARSE + 2 * GATE * float(np.median(table.height_noise(grid)))  # a cell's mean is in it
     things = [placed[part] for part in dense_parts(placed, 2.5 * COARSE, 4)] if len(placed) else []
     return sum(len(t) for t in things if stands_on(table, t) and t[:, 2].min() < touching)
 

@@ -425,7 +425,10 @@ def test_clouds_of_a_sensor_that_looks_along_x_are_turned_and_it_is_said(tmp_pat
             )
     opened = open_recording(tmp_path / "body.mcap")
     np.testing.assert_allclose(next(opened.frames()).depth, METRES, atol=1e-6)
-    assert opened.notes == ["/points: its frame is taken as that of the sensor, x forward, y left, z up"]
+    assert opened.notes == [
+        "/points: its frame is taken as that of the sensor, x forward, y left, z up",
+        "/points has no stamps: the log's times are used",
+    ]
 
 
 def test_clouds_that_are_no_pictures(tmp_path):

@@ -49,10 +49,13 @@ def simulator(started: SessionStarted) -> Iterator[Simulator]:
 
 
 @pytest.fixture(scope="session")
-def easy(source: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A session in which everything counts as success: four trials, and reproduced."""
+def easy(short_demonstration: Demonstration, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A session of the hand's way alone, everything near enough: four trials, and reproduced."""
+    folder = tmp_path_factory.mktemp("easy")
+    d = short_demonstration
+    write_demonstration(replace(d, objects=d.objects[:1].repeat(len(d.t), axis=0)), folder / "way.npz")
     settings = load_settings(None, {"learning": FEW | {"near": 1.0, "near_angle": 180.0}})
-    return _session(source, settings, tmp_path_factory.mktemp("easy") / "easy.mcap")
+    return _session(folder / "way.npz", settings, folder / "easy.mcap")
 
 
 @pytest.fixture(scope="session")
