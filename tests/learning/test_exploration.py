@@ -252,3 +252,12 @@ def test_the_grippers_noise_is_as_strong_and_as_smooth_as_asked(exploration, smo
     correlation = np.corrcoef(drawn.T)
     np.testing.assert_allclose(np.diag(correlation, 1), neighbours, atol=0.05)
     np.testing.assert_allclose(correlation[0, 4], neighbours**4, atol=0.05)
+
+
+def test_rewards_weigh_trials_otherwise_than_their_order_of_costs():
+    costs = [10.0, 20.0, 30.0, 40.0]
+    means = []
+    for exploration in ("power", "constant"):
+        s = settings(exploration)
+        means.append(improved(MEAN, trials(s, 4), costs, s).pose_weights)
+    assert np.abs(means[0] - means[1]).max() > 1e-3

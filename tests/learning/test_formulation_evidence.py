@@ -1,12 +1,16 @@
 """What trials say of a formulation, counted and in words."""
 
+from dataclasses import replace
+from typing import get_args
+
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from imitate.events import Evidence
+from imitate.events import Evidence, Shortfall
 from imitate.learning.evidence import failings, in_words, shortfalls, strayed
-from imitate.skill import Grasp, Miss, Policy
+from imitate.skill import Grasp, Miss, Policy, Term
 
 POLICY = Policy("cubeB", 5.0, np.zeros(7), np.zeros(7), np.zeros((30, 7)), np.zeros(0))
 
@@ -68,3 +72,12 @@ def test_no_start_is_lost_in_counting(trials):
     assert sum(s.starts for s in found) == sum(map(len, trials))
     assert all(s.starts <= len(trials) for s in found)
     assert list(found) == sorted(found, key=lambda s: -s.starts)
+
+
+@pytest.mark.parametrize("term", get_args(Term))
+def test_every_failing_has_its_words(term):
+    one = Shortfall("cubeA", term, "", 1, 0.1, 0.1, "")
+    words = failings(replace(evidence([]), shortfalls=(one,), trials=1))
+    assert words
+    if term == "moving":
+        assert words == "cubeA is still moving"

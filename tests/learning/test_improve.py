@@ -408,3 +408,13 @@ def test_a_trial_competes_once(learn):
     competing = Counter(id(e.policies[-1]) for e in events if getattr(e, "purpose", "") == "choose")
     assert len(competing) > 5
     assert set(competing.values()) == {load_settings().learning.candidate_starts}
+
+
+def test_until_a_trial_succeeds_only_the_end_may_count(learn):
+    def means(by):
+        events, _ = learn(held_from(1e6), improve_by=by)
+        return [e.policy.gripper_weights for e in events if isinstance(e, PolicyUpdated)]
+
+    first, terminal, total = map(means, ("terminal-first", "terminal", "total"))
+    assert all(np.array_equal(a, b) for a, b in zip(first, terminal, strict=True))
+    assert not np.array_equal(first[0], total[0])

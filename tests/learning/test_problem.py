@@ -257,3 +257,10 @@ def test_what_hangs_in_the_air_at_the_end_is_held(short_demonstration):
     assert holds(2.5)
     assert not holds(short_demonstration.duration)
     assert not holds(2.5, Segment(2.5, 5.0, Abstraction(("hand",), "cubeA")))
+
+
+def test_all_that_is_still_held_is_named(carry_problem, short_demonstration):
+    both = replace(carry_problem, lets_go=("cubeA", "cubeB"))
+    held = gripping(still(short_demonstration), np.full(120, 20.0))
+    cost = cost_of(both, held, False, LEARNING)
+    assert "still holds cubeA and cubeB, which" in failed(both, held, "", cost, LEARNING)

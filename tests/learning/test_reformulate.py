@@ -15,7 +15,7 @@ from imitate.learning.runs import Learned
 from imitate.learning.statements import statements
 from imitate.record import Start
 from imitate.settings import Settings, load_settings
-from imitate.skill import Abstraction, Candidate, CostTerms, Grasp, Miss, Segment
+from imitate.skill import Abstraction, Candidate, CostTerms, Formulation, Grasp, Miss, Segment
 
 LEARNING = Settings().learning
 HAND = Abstraction(("hand",), "cubeA")
@@ -271,3 +271,9 @@ def test_the_policy_that_succeeded_most_often_is_kept(told, script, kept):
     assert search.given_up.endswith(
         f"The best policy, of formulation {kept + 1} ({script[kept]} of 20), is kept."
     )
+
+
+def test_all_that_was_carried_is_named_where_it_fails():
+    both = Formulation(0, 0, Abstraction(("hand", "cubeA", "cubeB"), "table"), ("pose",), "")
+    nothing = SimpleNamespace(shortfalls=())
+    assert reformulate._what_failed(both, nothing) == "cubeA and cubeB did not end where shown"
