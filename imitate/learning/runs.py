@@ -153,15 +153,15 @@ class Runs:
     def _settled(self, events: Sequence[TrialFinished], left: int, last: bool) -> str:
         # Why nothing that the trials left may come to changes what is decided by them all; empty: it may.
         s = self.settings.learning
-        needed = s.alpha * (len(events) + left)
+        starts = len(events) + left
         successes = sum(event.success for event in events)
-        if successes + left < needed:
+        if Success(successes + left, starts).rate < s.alpha:
             return "α is out of reach"
-        if successes < needed:
+        if Success(successes, starts).rate < s.alpha:
             return ""
         if last:
             return "α is reached"
-        if len(events) < s.sure * (len(events) + left):
+        if len(events) < s.sure * starts:
             return ""
         fair = self._fair(events)
         at_worst = len(fair) / (len(fair) + left)

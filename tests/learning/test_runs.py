@@ -67,3 +67,10 @@ def test_stopping_early_decides_nothing_else(judge, failing, last):
         judge(failing.__contains__, last, curtail=curtail, evaluation_starts=5) for curtail in (True, False)
     )
     assert learned.accepted == whole.accepted == (len(failing) <= 1)
+
+
+def test_a_share_that_is_just_reached_is_not_out_of_reach(judge):
+    # 0.56 · 25 is a little more than 14 in floating point.
+    just = {"alpha": 0.56, "evaluation_starts": 25}
+    learned, whole = (judge(lambda n: n < 11, True, curtail=curtail, **just) for curtail in (True, False))
+    assert (learned.success.successes, learned.accepted, whole.accepted) == (14, True, True)
